@@ -36,8 +36,6 @@ HINDSIGHT = "STLSQ at"
 CHECKED = "pysindy at"
 SWEPT = (HINDSIGHT, CHECKED)
 """Beginnings of the names of sparse regression at one threshold, ours and pysindy's."""
-SIDE_TERMS = {"linear_drag": {"angular_drag"}, "quadratic_drag": {"angular_drag"}}
-"""What a hidden drag really does besides: naming it is neither asked for nor wrong."""
 MOST = 4
 """Names in a set of equivalent answers; a larger one says nothing."""
 MEASURES = (
@@ -146,8 +144,7 @@ def read_own(results: Path, folder: Path, name: str) -> dict[str, Any] | None:
     """Read the answer of SEALS from a results folder, or from the folder of the log."""
     for path in (results / name / "diagnosis.json", folder / "diagnosis.json"):
         if path.exists():
-            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return found
+            return json.loads(path.read_text(encoding="utf-8"))
     return None
 
 
@@ -163,8 +160,10 @@ def outcomes(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> set[str]:
     The rules are those of the hidden-effect benchmark: a name counts as declared under the verdict
     ``named``; a wrong one is excused by a stated set of equivalent effects that holds the truth.
     """
+    from seals.experiments.naming_benchmark.told import beside
+
     want = [e["name"] for e in truth["effects"]] if truth["in_library"] else []
-    side = set().union(*(SIDE_TERMS.get(w, set()) for w in want)) - set(want)
+    side = beside(set(want))
     names = [e["name"] for e in answer["effects"]]
     names = [n for k, n in enumerate(names) if n not in side or k == 0]
     named = answer["verdict"] in ("named", "ambiguous")

@@ -15,7 +15,6 @@ import csv
 import multiprocessing
 import os
 import statistics
-import tempfile
 import time
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -40,9 +39,9 @@ def work(link: Connection, law: str, name: str, chosen: argparse.Namespace) -> N
     torch._dynamo.config.cache_size_limit = 64
     torch._inductor.config.force_disable_caches = True
     torch._inductor.config.compile_threads = 1
-    with tempfile.TemporaryDirectory() as folder, laws.compiler(name), torch.no_grad():
+    with laws.compiler(name), torch.no_grad():
         try:
-            calls = _build(link, law, name, chosen, Path(folder))
+            calls = _build(link, law, name, chosen)
         except Exception as problem:  # a benchmark tells each compiler's failure and goes on
             said = (str(problem).splitlines() or [""])[0][:160]
             link.send({"note": f"{type(problem).__name__}: {said}"})
@@ -51,14 +50,12 @@ def work(link: Connection, law: str, name: str, chosen: argparse.Namespace) -> N
             link.send(laws.pace(calls[launch], chosen.device))
 
 
-def _build(
-    link: Connection, law: str, name: str, chosen: argparse.Namespace, folder: Path
-) -> dict[str, Any]:
+def _build(link: Connection, law: str, name: str, chosen: argparse.Namespace) -> dict[str, Any]:
     """Compile a law, launch it in every way, and send its numbers and build time."""
     from torch._dynamo.utils import counters
 
     begin = time.perf_counter()
-    made = laws.law_of(law, chosen.batch, chosen.device, folder)
+    made = laws.law_of(law, chosen.batch, chosen.device)
     calls, found, notes = {}, {}, {}
     for launch in laws.launches_of(chosen.device, name):
         try:

@@ -130,7 +130,7 @@ def lines_of(rows: Sequence[Row], found: Sequence[Changed | None]) -> list[Line]
         *_long_cuts([p for p in cut if p[0].most_cut >= 4.0]),
         _at_least("3 two cuts of 4 mm and more", [hit(p) for p in wholly], 0.95),
         _at_least("4 medium cuts named or in the set", [hit(p) for p in medium], 0.6),
-        _at_least("4 weak cases: nothing wrong", [_innocent(p) for p in weak], 0.95),
+        _at_least("4 weak cases: nothing wrong", [not alarms(p[1]) or hit(p) for p in weak], 0.95),
         *(_ranked(k, two if k < 2 else cut) for k in range(3)),
         _at_least("6 heaviest string: slung load", [_slung(p) for p in heaviest], 0.8),
         _at_most(
@@ -163,10 +163,6 @@ def _long_cuts(pairs: Sequence[Pair]) -> list[Line]:
         _at_least("2 groups of such cuts", list(seen.values()), 1.0),
         _at_least("2 motor right where one is named", motor, 0.95),
     ]
-
-
-def _innocent(pair: Pair) -> bool:
-    return not alarms(pair[1]) or hit(pair)
 
 
 def _slung(pair: Pair) -> bool:

@@ -42,11 +42,9 @@ class Case(NamedTuple):
 
 def world(engine: str, *words: str) -> Any:
     """Build a world."""
-    from seals.config.compose import compose
-    from seals.run.assembly import build_world
-    from seals.run.build import build_run
+    from seals.api import make
 
-    return build_world(build_run(compose([f"backend={engine}", *words])))
+    return make([f"backend={engine}", *words])
 
 
 def after(engine: str, seconds: float, read: Callable[[Any], float], *words: str) -> float:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import time
 from typing import Any, NamedTuple
 
 import machine
 import numpy as np
+from many_worlds import waited
 
 WORDS = ["env=reach", "backend=twin"]
 
@@ -48,14 +48,6 @@ def built(case: Case) -> Any:
     return batched_of(config, count=case.count, device=case.device, values=values)
 
 
-def waited(device: str) -> None:
-    """Wait for an asynchronous device."""
-    import torch
-
-    if device != "cpu":
-        torch.cuda.synchronize()
-
-
 def speed_of(case: Case) -> tuple[float, float, float]:
     """Return median, lowest and highest control steps a second of one process."""
     import torch
@@ -66,13 +58,11 @@ def speed_of(case: Case) -> tuple[float, float, float]:
     shape = (case.count, environment.action_size)
 
     def block() -> float:
-        waited(case.device)
-        begin = time.perf_counter()
+        begin = waited(case.device)
         for _ in range(case.steps):
             action = torch.rand(shape, generator=draw, device=case.device) * 2.0 - 1.0
             environment.step(action)
-        waited(case.device)
-        return case.steps * case.count / (time.perf_counter() - begin)
+        return case.steps * case.count / (waited(case.device) - begin)
 
     block()
     found = machine.median(block, case.repeats)

@@ -143,7 +143,10 @@ class Server:
         self.base.mkdir()
         os.chdir(self.base)
         if not self.given.fresh:
-            _leave_blank()
+            # write pictures without drawing anything in them, which takes most of a short command
+            from matplotlib.figure import Figure
+
+            Figure.draw = lambda figure, renderer: None
         self.case.prepare(self.base)
         place = self.root / "place"
         shutil.copytree(self.base, place)
@@ -256,13 +259,6 @@ class Server:
         """Number of points that were tried."""
         kinds = [(k, v) for count in self.counts.values() for k, v in count.items()]
         return sum(v for k, v in kinds if k != "left out")
-
-
-def _leave_blank() -> None:
-    """Write pictures without drawing anything in them, which takes most of a short command."""
-    from matplotlib.figure import Figure
-
-    Figure.draw = lambda figure, renderer: None
 
 
 def _verdict(case: Any, base: Path, place: Path, code: int) -> str:

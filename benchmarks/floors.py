@@ -9,9 +9,7 @@ that go together count as two, at half of the peak each.
 from __future__ import annotations
 
 import argparse
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import machine
@@ -94,18 +92,10 @@ def watched(fly: Callable[[], None]) -> Cost:
 
 def vehicle(kind: str) -> Cost:
     """Return the cost of a Runge-Kutta step of a rigid vehicle with eight effects."""
-    import scene
-    import torch
-    from twin import HULLS, MASSES
+    from twin import like_of, vehicles
 
-    from seals.run import build_twin
-
-    with tempfile.TemporaryDirectory() as folder:
-        robot = scene.vehicle(Path(folder), kind, HULLS[kind], MASSES[kind])
-        settings = scene.settings(robot, scene.effects(added_mass=True), height=0.0)
-        like = torch.zeros(1, dtype=torch.float32)
-        twin, state = build_twin(settings, batch=BATCH, like=like, fused=True)
-        return watched(lambda: twin.step(state, 0.0, 0.004) and None)
+    twin, state = vehicles(kind, BATCH, like_of("cpu", single=True), fused=True)
+    return watched(lambda: twin.step(state, 0.0, 0.004) and None)
 
 
 def manipulator() -> Cost:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import contextlib
 import copy
 import functools
-import io
 import json
 import math
 from collections.abc import Callable, Iterator
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from benchmarks.fuzz_targets import URDF, Target, checked
+from benchmarks.fuzz_targets import URDF, Target, checked, parquet_of, robot_folder
 
 _ODD: tuple[Any, ...] = (
     *(None, True, "", "a", "nan", "1e999", "\x1b[2J", "a\nb: 1", "../../a", "x" * 2000),
@@ -211,24 +210,24 @@ _SHEET = {
 _SHEET["actuators"]["rotors"].pop("axis")
 
 
-def _robot(backend: str) -> Target:
-    """Folder of a robot, up to the first step in an engine."""
-    from seals.config.compose import compose
-    from seals.run.assembly import build_world
-    from seals.run.build import build_run
+def first_step(*words: str) -> Callable[[Path], None]:
+    """Return what loads a robot's folder into a world, up to the first step of its engine."""
+    from seals.api import make
 
     def load(folder: Path) -> None:
-        settings = build_run(compose([f"robot='{folder}'", f"backend={backend}"]))
-        world = build_world(settings)
+        world = make([f"robot='{folder}'", *words])
         try:
             world.step()
         finally:
             world.close()
 
-    return Target(
-        whole=_yaml(_SHEET), name="robot.yaml", load=load, beside={"r.urdf": URDF.encode()},
-        folder=True, draw=lambda data: _yaml(bent(data, _SHEET)),
-    )  # fmt: skip
+    return load
+
+
+def _robot(backend: str) -> Target:
+    """Folder of a robot, up to the first step in an engine."""
+    load = first_step(f"backend={backend}")
+    return robot_folder(_yaml(_SHEET), load, lambda data: _yaml(bent(data, _SHEET)))
 
 
 _NUMBERS = ("0", "-1", "1e-320", "1e308", "nan", "1e400", "", "a", "1 1", "1e-9", "1e9")
@@ -256,8 +255,7 @@ def _scene(data: Random) -> bytes:
 
 
 def _mujoco() -> Target:
-    sound = _robot("mujoco")
-    load = sound.load
+    load = first_step("backend=mujoco")
     return Target(
         whole=URDF.encode(), name="r.urdf", load=load, draw=_scene, folder=True,
         beside={"robot.yaml": b"urdf: r.urdf\n"},
@@ -290,19 +288,7 @@ def _edited() -> Target:
             (text, anchored, text.replace("1.0e-05", "0x10"), f"<<: {{}}\n{text}")
         ).encode()
 
-    return Target(
-        whole=_yaml(_SHEET), name="robot.yaml", load=load, beside={"r.urdf": URDF.encode()},
-        folder=True, draw=drawn,
-    )  # fmt: skip
-
-
-def _table(columns: dict[str, Any]) -> bytes:
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    raw = io.BytesIO()
-    parquet.write_table(pa.table(columns), raw)
-    return raw.getvalue()
+    return robot_folder(_yaml(_SHEET), load, drawn)
 
 
 def _flights(name: str, needed: list[str], reader: Any) -> Target:
@@ -320,10 +306,10 @@ def _flights(name: str, needed: list[str], reader: Any) -> Target:
             lambda: [True] * rows,
         )
         made = {key: data.choice((kinds[0], *kinds))() for key in needed if data.randint(0, 40)}
-        return _table(made)
+        return parquet_of(made)
 
     sound = {key: np.arange(60) * 0.01 for key in needed}
-    return Target(whole=_table(sound), name=name, load=checked(reader), draw=drawn)
+    return Target(whole=parquet_of(sound), name=name, load=checked(reader), draw=drawn)
 
 
 def _crazypad() -> Target:

@@ -8,17 +8,18 @@ from __future__ import annotations
 import io
 import json
 import os
-import sqlite3
 import struct
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from benchmarks.fuzz_targets import URDF, Target, checked
+from benchmarks.fuzz_targets import TARGETS as SOUND
+from benchmarks.fuzz_targets import URDF, Target, bag_of, checked, parquet_of
 
 _META = "format: hidden-effect-log\nformat_version: 1\n"
 _NUMBERS = (
@@ -147,14 +148,10 @@ def _parquet() -> Target:
     from seals.plugins.readers.native import ReaderNative
 
     stamps = np.arange(60) * 0.01
-    import pyarrow as pa
-    from pyarrow import parquet
-
-    raw = io.BytesIO()
-    parquet.write_table(pa.table({"t": stamps, "depth": stamps}), raw)
     return Target(
-        whole=raw.getvalue(), name="log.parquet", load=checked(ReaderNative()), draw=_table,
-        beside={"meta.yaml": _META.encode()}, folder=True,
+        whole=parquet_of({"t": stamps, "depth": stamps}), name="log.parquet",
+        load=checked(ReaderNative()), draw=_table, folder=True,
+        beside={"meta.yaml": _META.encode()},
     )  # fmt: skip
 
 
@@ -334,18 +331,11 @@ def _glb(data: Random) -> bytes:
 def _rows(data: Random) -> bytes:
     """Draw a database whose indices and schema say what is not so."""
     path = Path(tempfile.mkdtemp()) / "a.db3"
-    base = sqlite3.connect(path)
-    base.execute("PRAGMA page_size = 512")
-    base.execute("PRAGMA synchronous = OFF")
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format)")
-    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
-    base.execute("CREATE INDEX times ON messages(topic_id, timestamp)")
     kind = _pick(data, ("sensor_msgs/msg/Imu", "std_msgs/msg/String", "a/msg/B", ""))
-    base.execute("INSERT INTO topics VALUES (1, '/imu', ?, 'cdr')", (kind,))
     size = _pick(data, (0, 4, 300, 1 << 20))
     rows = [(1, _pick(data, (k, None, "a", 2**62)), bytes(size)) for k in range(12)]
-    base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
-    base.commit()
+    base = bag_of(path, kind, rows)
+    base.execute("CREATE INDEX times ON messages(topic_id, timestamp)")
     base.execute("PRAGMA writable_schema = ON")
     lies = (
         "UPDATE sqlite_master SET rootpage = 2 WHERE name = 'times'",
@@ -366,13 +356,6 @@ def _rows(data: Random) -> bytes:
         place = _count(data, len(content) - 5)
         content[place : place + 4] = struct.pack(">I", _pick(data, _SIZES[:6]) & 0xFFFFFFFF)
     return bytes(content)
-
-
-def _sqlite() -> Target:
-    from benchmarks.fuzz_targets import TARGETS as SOUND
-
-    sound = SOUND["rosbag2"]()
-    return Target(whole=sound.whole, name=sound.name, load=sound.load, draw=_rows)
 
 
 def _records(data: Random) -> bytes:
@@ -408,13 +391,6 @@ def _records(data: Random) -> bytes:
     return b"\x89MCAP0\r\n" + body + b"\x89MCAP0\r\n"
 
 
-def _mcap() -> Target:
-    from benchmarks.fuzz_targets import TARGETS as SOUND
-
-    sound = SOUND["mcap_lz4"]() if "mcap_lz4" in SOUND else SOUND["mcap"]()
-    return Target(whole=sound.whole, name=sound.name, load=sound.load, draw=_records)
-
-
 HOSTILE: dict[str, Callable[[], Target]] = {
     "hostile_json": _json,
     "hostile_yaml": _yaml,
@@ -426,7 +402,7 @@ HOSTILE: dict[str, Callable[[], Target]] = {
     "hostile_urdf": _urdf,
     "hostile_obj": _mesh(".obj", _OBJ.encode(), _obj),
     "hostile_glb": _mesh(".glb", _gltf(), _glb),
-    "hostile_sqlite": _sqlite,
-    "hostile_mcap": _mcap,
+    "hostile_sqlite": lambda: replace(SOUND["rosbag2"](), draw=_rows),
+    "hostile_mcap": lambda: replace(SOUND["mcap_lz4"](), draw=_records),
 }
 """Targets whose files are drawn whole, by name."""

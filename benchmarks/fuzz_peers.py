@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from benchmarks.fuzz_described import bent
-from benchmarks.fuzz_targets import URDF, Target
+from benchmarks.fuzz_described import bent, first_step
+from benchmarks.fuzz_targets import URDF, Target, robot_folder
 
 _ODD = (
     "",
@@ -311,10 +311,7 @@ def _seeing(name: str, tree: dict[str, Any]) -> Callable[[], Target]:
     def build() -> Target:
         import dataclasses
 
-        from seals.config.compose import compose
         from seals.registry import get
-        from seals.run.assembly import build_world
-        from seals.run.build import build_run
 
         kind = get("sensor", name).load()
         known = {f.name: f.default for f in dataclasses.fields(kind)}
@@ -324,19 +321,11 @@ def _seeing(name: str, tree: dict[str, Any]) -> Callable[[], Target]:
         def form(sensor: Any) -> bytes:
             return yaml.safe_dump({"urdf": "r.urdf", "sensors": {"eye": sensor}}).encode()
 
-        def load(folder: Path) -> None:
-            words = [f"robot='{folder}'", "backend=free", "water=fossen"]
-            settings = build_run(compose([*words, "environment.tank_bottom=-3"]))
-            world = build_world(settings)
-            try:
-                world.step()
-            finally:
-                world.close()
-
-        return Target(
-            whole=form(whole), name="robot.yaml", load=load, beside={"r.urdf": URDF.encode()},
-            folder=True, draw=lambda data: form(bent(data, whole)),
-        )  # fmt: skip
+        return robot_folder(
+            form(whole),
+            first_step("backend=free", "water=fossen", "environment.tank_bottom=-3"),
+            lambda data: form(bent(data, whole)),
+        )
 
     return build
 

@@ -8,7 +8,7 @@ import io
 import json
 import struct
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -83,22 +83,26 @@ def _run_folder(*more: str) -> Path:
 def _run(name: str) -> Target:
     from seals.view import open_replay
 
-    place = _run_folder()
     kept = (".hydra/config.yaml", "run.json", "meta.yaml", "log.parquet", "vehicle.urdf")
-    beside = {one: (place / one).read_bytes() for one in kept if one != name}
-    return Target(
-        whole=(place / name).read_bytes(), name=name, load=open_replay, beside=beside, folder=True
-    )
+    return _of_folder(_run_folder(), name, open_replay, kept)
+
+
+def _of_folder(
+    place: Path, name: str, load: Callable[[Path], Any], kept: Iterable[str] = ()
+) -> Target:
+    """Return the target of one file of a folder; beside it lie those that are kept, or all."""
+    files = kept or [p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file()]
+    beside = {one: (place / one).read_bytes() for one in files}
+    return Target(whole=beside.pop(name), name=name, load=load, beside=beside, folder=True)
 
 
 def _state() -> Target:
     """The checkpoint of a run, taken up in a world of the same settings."""
-    from seals.config.compose import compose
     from seals.run.assembly import build_world
-    from seals.run.build import build_run
-    from seals.run.checkpoint import SCENE, STATE, take_up, write_checkpoint
+    from seals.run.build import run_settings
+    from seals.run.checkpoint import STATE, take_up, write_checkpoint
 
-    settings = build_run(compose([w for w in _RUN if w != "run"]))
+    settings = run_settings([w for w in _RUN if w != "run"])
     place = Path(tempfile.mkdtemp(prefix="fuzz_state_")) / "checkpoint"
     world = build_world(settings)
     write_checkpoint(place, world, {"rows": [1.0, 2.0], "note": "a"})
@@ -107,14 +111,7 @@ def _state() -> Target:
         _sign(folder / STATE)
         take_up(folder, world)
 
-    scene = {SCENE: (place / SCENE).read_bytes()} if (place / SCENE).is_file() else {}
-    return Target(
-        whole=(place / STATE).read_bytes(),
-        name=STATE,
-        load=load,
-        beside=scene,
-        folder=True,
-    )
+    return _of_folder(place, STATE, load)
 
 
 def _training() -> Target:
@@ -129,7 +126,7 @@ def _training() -> Target:
         _sign(folder / FILE)
         read_checkpoint(folder, device="cpu")
 
-    return Target(whole=(place / FILE).read_bytes(), name=FILE, load=load, folder=True)
+    return _of_folder(place, FILE, load, [FILE])
 
 
 def _sign(file: Path) -> None:
@@ -185,10 +182,7 @@ def _policy(name: str) -> Target:
     def load(folder: Path) -> None:
         load_policy(folder).act(torch.zeros(1, 5))
 
-    beside = {p.name: p.read_bytes() for p in place.iterdir() if p.name != name}
-    return Target(
-        whole=(place / name).read_bytes(), name=name, load=load, beside=beside, folder=True
-    )
+    return _of_folder(place, name, load)
 
 
 def _demonstrations() -> Any:
@@ -222,11 +216,7 @@ def _recording(name: str) -> Target:
     from seals.learn.demonstrations.folder import read, write
 
     place = write(_demonstrations(), Path(tempfile.mkdtemp(prefix="fuzz_demo_")) / "demo")
-    files = [p.relative_to(place).as_posix() for p in place.rglob("*") if p.is_file()]
-    beside = {one: (place / one).read_bytes() for one in files if one != name}
-    return Target(
-        whole=(place / name).read_bytes(), name=name, load=read, beside=beside, folder=True
-    )
+    return _of_folder(place, name, read)
 
 
 def _new_robot() -> Target:

@@ -78,6 +78,14 @@ def checked(reader: Any) -> Callable[[Path], None]:
     return load
 
 
+def robot_folder(
+    whole: bytes, load: Callable[[Path], Any], draw: Callable[[Random], bytes] | None = None
+) -> Target:
+    """Return the target of a robot's file in a folder with its URDF."""
+    urdf = {"r.urdf": URDF.encode()}
+    return Target(whole=whole, name="robot.yaml", load=load, beside=urdf, folder=True, draw=draw)
+
+
 def _native(table: str) -> Target:
     from seals.plugins.readers.native import ReaderNative
 
@@ -85,19 +93,20 @@ def _native(table: str) -> Target:
     if table == "meta.yaml":
         beside = {"log.csv": _CSV.encode()}
         return Target(whole=_META.encode(), name=table, load=load, beside=beside, folder=True)
-    whole = _CSV.encode() if table == "log.csv" else _parquet()
+    columns = {"t": np.arange(40) / 100, "depth": np.sin(np.arange(40.0))}
+    whole = _CSV.encode() if table == "log.csv" else parquet_of(columns, compression="zstd")
     return Target(
         whole=whole, name=table, load=load, beside={"meta.yaml": _META.encode()}, folder=True
     )
 
 
-def _parquet() -> bytes:
+def parquet_of(columns: dict[str, Any], **options: Any) -> bytes:
+    """Return a table as a Parquet file."""
     import pyarrow as pa
     from pyarrow import parquet
 
     stream = io.BytesIO()
-    columns = {"t": np.arange(40) / 100, "depth": np.sin(np.arange(40.0))}
-    parquet.write_table(pa.table(columns), stream, compression="zstd")
+    parquet.write_table(pa.table(columns), stream, **options)
     return stream.getvalue()
 
 
@@ -167,19 +176,24 @@ def _mcap(compression: str) -> Target:
     return Target(whole=stream.getvalue(), name="a.mcap", load=checked(reader))
 
 
+def bag_of(path: Path, kind: str, rows: list[tuple[Any, ...]]) -> sqlite3.Connection:
+    """Return the database of a bag of ROS 2 with one topic, its rows written."""
+    base = sqlite3.connect(path)
+    base.execute("PRAGMA page_size = 512")
+    base.execute("PRAGMA synchronous = OFF")
+    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format)")
+    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
+    base.execute("INSERT INTO topics VALUES (1, '/imu', ?, 'cdr')", (kind,))
+    base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
+    base.commit()
+    return base
+
+
 def _rosbag2() -> Target:
     from seals.plugins.readers.recording import ReaderRosbag2
 
     path = Path(tempfile.mkdtemp()) / "a.db3"
-    base = sqlite3.connect(path)
-    base.execute("PRAGMA page_size = 512")
-    base.execute("CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format)")
-    base.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
-    base.execute("INSERT INTO topics VALUES (1, '/imu', 'sensor_msgs/msg/Imu', 'cdr')")
-    rows = [(1, k * 10**7, _imu()) for k in range(10)]
-    base.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
-    base.commit()
-    base.close()
+    bag_of(path, "sensor_msgs/msg/Imu", [(1, k * 10**7, _imu()) for k in range(10)]).close()
     reader = ReaderRosbag2(clock="record")
     return Target(whole=path.read_bytes(), name="a.db3", load=checked(reader))
 
@@ -193,23 +207,17 @@ def _urdf() -> Target:
 def _robot() -> Target:
     from seals.robot.robot_file import read_robot
 
-    beside = {"r.urdf": URDF.encode()}
-    return Target(
-        whole=_ROBOT.encode(), name="robot.yaml", load=read_robot, beside=beside, folder=True
-    )
+    return robot_folder(_ROBOT.encode(), read_robot)
 
 
 def _built() -> Target:
     """A robot folder as ``seals run robot=FOLDER`` takes it, up to the world."""
-    from seals.config.compose import compose
-    from seals.run.assembly import build_world
-    from seals.run.build import build_run
+    from seals.api import make
 
     def load(folder: Path) -> None:
-        build_world(build_run(compose([f"robot='{folder}'", "backend=free"]))).close()
+        make([f"robot='{folder}'", "backend=free"]).close()
 
-    beside = {"r.urdf": URDF.encode()}
-    return Target(whole=_ROBOT.encode(), name="robot.yaml", load=load, beside=beside, folder=True)
+    return robot_folder(_ROBOT.encode(), load)
 
 
 def _mesh(ending: str) -> Target:

@@ -112,7 +112,11 @@ DESCRIPTIONS: dict[str, Guard] = {
         "odd_rotors",
     ),
     "kind of motor commands": Guard(
-        _MOTORS, "if stated and stated not in COMMANDS:", "if False:", ODD, "kind_of_commands"
+        _MOTORS,
+        "    if stated:\n        refuse",
+        "    if False:\n        refuse",
+        ODD,
+        "kind_of_commands",
     ),
     "flight in a data sheet": Guard(
         _SHEET, "printable(log.name)", "log.name", ODD, "writes_no_entry"
@@ -228,8 +232,8 @@ DESCRIPTIONS: dict[str, Guard] = {
     ),
     "names of an answer": Guard(
         "seals.sysid.validation.writing",
-        "if name not in known:",
-        "if False:",
+        "refuse_unlisted(",
+        "(",
         MODELS,
         "effect_that_is_none",
     ),
@@ -292,7 +296,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "MEMORY + UNPACKED * size",
         "1 << 40",
         TRIAL,
-        "swells",
+        "_swell",
     ),
     "channels of sensors": Guard(
         "seals.logs.check_meta",

@@ -67,7 +67,7 @@ PAGE: dict[str, Guard] = {
         "cannot_leave_the_range",
     ),
     "keys of the page": Guard(
-        "seals.view.session", "if key not in known:", "if False:", VIEW, "leave_the_range"
+        "seals.view.session", "refuse_unlisted(key, known,", "(key, known,", VIEW, "leave_the_range"
     ),
 }
 """Every one of them by name."""

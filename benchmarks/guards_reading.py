@@ -54,7 +54,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.scaffold.resources", 'if "<!" in text', 'if "<?!" in text', FILES, "manifest"
     ),
     "libraries that crash": Guard(
-        "seals.isolated_reading", "if done.returncode:", "if False:", TRIAL, "crash_is_refused"
+        "seals.isolated_reading", "if done.returncode:", "if False:", TRIAL, "_crash"
     ),
     "libraries that hang": Guard(
         "seals.isolated_reading",

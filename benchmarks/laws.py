@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, NamedTuple
 
 LAWS = ("sphere", "box", "cylinder", "reach")
@@ -44,31 +43,17 @@ class Law(NamedTuple):
     state: Any
 
 
-def law_of(name: str, batch: int, device: str, folder: Path) -> Law:
+def law_of(name: str, batch: int, device: str) -> Law:
     """Return one of `LAWS` for so many robots, uncompiled until it is called."""
-    return reach(batch, device) if name == "reach" else vehicle(name, batch, device, folder)
+    return reach(batch, device) if name == "reach" else vehicle(name, batch, device)
 
 
-def vehicle(kind: str, batch: int, device: str, folder: Path) -> Law:
+def vehicle(kind: str, batch: int, device: str) -> Law:
     """Return a step of a rigid vehicle that crosses the surface."""
-    import numpy as np
-    import scene
     import torch
-    from twin import HULLS, MASSES
+    from twin import like_of, vehicles
 
-    from seals.run import build_twin
-
-    robot = scene.vehicle(folder, kind, HULLS[kind], MASSES[kind])
-    settings = scene.settings(robot, scene.effects(added_mass=True), height=0.0)
-    like = torch.zeros(1, dtype=torch.float32, device=device)
-    twin, _ = build_twin(settings, batch=batch, like=like, fused=True)
-    rng = np.random.default_rng(0)
-    start = twin.start(
-        position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
-        rpy=rng.normal(size=(batch, 3)) * 0.3,
-        velocity=rng.normal(size=(batch, 3)) * 0.3,
-        angular_velocity=rng.normal(size=(batch, 3)) * 0.3,
-    )
+    twin, start = vehicles(kind, batch, like_of(device, single=True), fused=True)
     now = torch.zeros((1, 1), device=device)
     return Law(lambda state: twin.step(state, now, 0.004)[0], start)
 

@@ -94,8 +94,7 @@ class Valued(torch.nn.Module):
 
     def forward(self, seen: torch.Tensor, action: torch.Tensor) -> torch.Tensor:
         """Return values, shape (batch, 1)."""
-        found: torch.Tensor = self.network(torch.cat([seen, action], -1))
-        return found
+        return self.network(torch.cat([seen, action], -1))
 
 
 def agent(seed: int = 0) -> SacAgent:
@@ -273,8 +272,7 @@ def scaling() -> Part:
 
     def own() -> torch.Tensor:
         ours.update(seen)
-        found: torch.Tensor = ours.layer(seen)
-        return found
+        return ours.layer(seen)
 
     return Part("running mean and variance", own, lambda: other._step(given, given.copy()))
 
@@ -290,8 +288,7 @@ def several() -> Part:
 
 def stepped(step: dict[str, torch.Tensor]) -> TensorDict:
     """Return a step of all environments as TorchRL collects it, shape (environments, 1)."""
-    found: TensorDict = theirs_of(step).unsqueeze(1)
-    return found
+    return theirs_of(step).unsqueeze(1)
 
 
 def pushed(returns: Returns, step: dict[str, torch.Tensor]) -> dict[str, Any] | None:

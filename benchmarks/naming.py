@@ -28,7 +28,8 @@ ROOT = Path(__file__).parents[1]
 if str(ROOT) not in sys.path:
     sys.path.append(str(ROOT))
 
-from benchmarks.wild import SIDE  # noqa: E402
+from benchmarks.wild import errors  # noqa: E402
+from seals.experiments.naming_benchmark.told import beside  # noqa: E402
 
 
 def jobs_of(words: list[str], seed: int) -> list[tuple[str, str, int]]:
@@ -73,10 +74,8 @@ def run(job: tuple[Path, tuple[str, str, int]]) -> str:
 def outcome(truth: dict[str, Any], found: dict[str, Any]) -> str:
     """One word for an answer: right, wrong, set, or the verdict that abstains."""
     want = {e["name"] for e in truth["effects"]} if truth["in_library"] else set()
-    names = {e["name"] for e in found["effects"]}
-    if want & SIDE and "angular_drag" not in want:
-        # a drag that is spread along the vehicle brakes its rotation, too
-        names -= {"angular_drag"}
+    # a drag that is spread along the vehicle brakes its rotation, too
+    names = {e["name"] for e in found["effects"]} - beside(want)
     verdict = str(found["verdict"])
     if verdict == "ambiguous":
         return "set with truth" if want <= names and want else "set without truth"
@@ -87,20 +86,6 @@ def outcome(truth: dict[str, Any], found: dict[str, Any]) -> str:
     sets = [set(s) for s in found["ambiguous_with"]]
     excused = all(n in want or any(n in s and s & want for s in sets) for n in names)
     return "right within its set" if want and excused else "wrong name"
-
-
-def errors(truth: dict[str, Any], found: dict[str, Any]) -> list[float]:
-    """Relative errors of the named effects' scored parameters."""
-    out = []
-    named = {e["name"]: e["parameters"] for e in found["effects"]}
-    for effect in truth["effects"]:
-        for group in effect.get("scored_groups") or []:
-            if effect["name"] not in named or not set(group) <= set(named[effect["name"]]):
-                continue
-            true = np.array([effect["parameters"][p]["value"] for p in group])
-            value = np.array([named[effect["name"]][p]["value"] for p in group])
-            out.append(float(np.linalg.norm(value - true) / max(np.linalg.norm(true), 1e-12)))
-    return out
 
 
 def table(out: Path) -> str:
@@ -117,7 +102,7 @@ def table(out: Path) -> str:
         sure += [(e["confidence"], e["name"] in want) for e in found["effects"]]
         seconds.append(found["seconds"])
         if truth["level"] == "clear":
-            off += errors(truth, found)
+            off += errors(truth, found)[0]
     lines = []
     for level, words in counts.items():
         total = sum(words.values())

@@ -124,8 +124,7 @@ def diagnosed(flight: Flight, source: Path, out: Path) -> Mapping[str, Any]:
     )  # fmt: skip
     _command("new", "datasheet", f"log={folder}", f"robot={robot}", "replace=true")
     _command("diagnose", f"log={folder}", f"robot={robot}", f"out={answer}")
-    found: Mapping[str, Any] = json.loads((answer / "diagnosis.json").read_text(encoding="utf-8"))
-    return found
+    return json.loads((answer / "diagnosis.json").read_text(encoding="utf-8"))
 
 
 def _command(*words: str) -> None:

@@ -51,8 +51,7 @@ def rows() -> dict[str, list[dict[str, str]]]:
     """Return the rows by section."""
     import yaml
 
-    found: dict[str, list[dict[str, str]]] = yaml.safe_load(ROWS.read_text(encoding="utf-8"))
-    return found
+    return yaml.safe_load(ROWS.read_text(encoding="utf-8"))
 
 
 def page() -> str:

@@ -78,7 +78,7 @@ def main(words: Sequence[str] | None = None) -> int:
             place = chosen.out / f"{scene.name}_{effect}"
             if not (place / "row.json").exists():
                 row = case(scene, effect, place, seconds=chosen.seconds)
-                print(_line(row), flush=True)
+                print(" ".join((*_cells(row), str(row.get("refused", "")))), flush=True)
                 table(chosen.out)
     print(table(chosen.out), end="")
     return 0
@@ -244,10 +244,6 @@ def _cells(r: Row) -> list[str]:
     names = "+".join(r["names"])
     return [r["robot"], r["medium"], r["effect"], r["verdict"], names, r["word"], off, fell,
             f"{r['seconds']:.0f}"]  # fmt: skip
-
-
-def _line(r: Row) -> str:
-    return " ".join((*_cells(r), str(r.get("refused", ""))))
 
 
 if __name__ == "__main__":

@@ -61,14 +61,12 @@ def main() -> int:
     one_thread()
     import numpy as np
 
-    from seals.config.compose import compose
+    from seals.api import make
     from seals.plugins.sensors.lidar import SensorLidar
     from seals.plugins.sensors.sonar import SensorSonar
-    from seals.run import build_world
-    from seals.run.build import build_run
     from seals.sensors.protocol import SensorInput
 
-    world = build_world(build_run(compose(WORDS)))
+    world = make(WORDS)
     world.step()
     around, zero = world.actors["robot"].sensor_suite.around, np.zeros(3)
 

@@ -30,29 +30,31 @@ def like_of(device: str | None, *, single: bool) -> Any:
     return torch.zeros(1, dtype=torch.float32 if single else torch.float64, device=device)
 
 
-def speed_of(folder: Path, kind: str, chosen: Any) -> tuple[float, float, float]:
-    """Return median, lowest and highest body-steps a second."""
+def vehicles(kind: str, batch: int, like: Any, *, fused: bool) -> tuple[Any, Any]:
+    """Return rigid vehicles with eight effects that cross the surface, and their states."""
     import numpy as np
     import scene
 
     from seals.run import build_twin
 
-    batch, device = chosen.batch, chosen.torch
-    like = like_of(device, single=chosen.single)
-    settings = scene.settings(
-        scene.vehicle(folder, kind, HULLS[kind], MASSES[kind]),
-        scene.effects(added_mass=True),
-        height=0.0,
-    )
-    twin, _ = build_twin(settings, batch=batch, like=like, fused=chosen.fused)
+    with tempfile.TemporaryDirectory() as folder:
+        robot = scene.vehicle(Path(folder), kind, HULLS[kind], MASSES[kind])
+        settings = scene.settings(robot, scene.effects(added_mass=True), height=0.0)
+        twin, _ = build_twin(settings, batch=batch, like=like, fused=fused)
     rng = np.random.default_rng(0)
-    start = twin.start(
+    return twin, twin.start(
         position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
         rpy=rng.normal(size=(batch, 3)) * 0.3,
         velocity=rng.normal(size=(batch, 3)) * 0.3,
         angular_velocity=rng.normal(size=(batch, 3)) * 0.3,
     )
 
+
+def speed_of(kind: str, chosen: Any) -> tuple[float, float, float]:
+    """Return median, lowest and highest body-steps a second."""
+    batch, device = chosen.batch, chosen.torch
+    like = like_of(device, single=chosen.single)
+    twin, start = vehicles(kind, batch, like, fused=chosen.fused)
     fly = recorded(twin, start) if device == "cuda" else None
 
     def block() -> float:
@@ -112,13 +114,11 @@ def main() -> None:
     library += ", float32" * chosen.single + ", fused" * chosen.fused
     title = f"twin, {library}, batch {chosen.batch}"
     print(f"{title:34} {'body-steps/s':>13} {'lowest':>9} {'highest':>9}")
-    with tempfile.TemporaryDirectory() as folder:
-        for kind in chosen.hulls:
-            speed = speed_of(Path(folder), kind, chosen)
-            print(
-                f"{kind + ', crossing, 8 effects':34} "
-                f"{speed[0]:13.0f} {speed[1]:9.0f} {speed[2]:9.0f}"
-            )
+    for kind in chosen.hulls:
+        speed = speed_of(kind, chosen)
+        print(
+            f"{kind + ', crossing, 8 effects':34} {speed[0]:13.0f} {speed[1]:9.0f} {speed[2]:9.0f}"
+        )
 
 
 if __name__ == "__main__":

@@ -31,8 +31,6 @@ MOST = 4
 """Names in a set that still says something."""
 WITHIN = 0.3
 """Error of a start or an end that counts as found [s]."""
-SIDE = {"linear_drag", "quadratic_drag"}
-"""Effects that also brake rotation, so that an angular drag beside them is not wrong."""
 
 Case = dict[str, Any]
 
@@ -74,10 +72,7 @@ def answered(case: Path, question: dict[str, Any]) -> dict[str, Any]:
     from seals.sysid.calibration.calibration import calibrated
 
     held = read_native(case / "held_out" / "h")
-    found: dict[str, Any] = calibrated(
-        logs, question["parameters"], robot=robot, held_out=held
-    ).to_dict()
-    return found
+    return calibrated(logs, question["parameters"], robot=robot, held_out=held).to_dict()
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -131,7 +126,9 @@ def _found(calibration: Case, key: str, value: float) -> bool:
 
 
 def _named(want: list[str], verdict: str, names: list[str], sets: list[set[str]]) -> str:
-    aside = {"angular_drag"} - set(want) if SIDE & set(want) else set()
+    from seals.experiments.naming_benchmark.told import beside
+
+    aside = beside(set(want))
     claimed = {n for i, n in enumerate(names) if i == 0 or n not in aside}
     if verdict == "named" and claimed:
         if claimed == set(want):

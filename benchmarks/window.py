@@ -17,9 +17,8 @@ import time
 from collections import defaultdict
 from typing import Any
 
-from seals.config.compose import compose
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 AAM = ["robot=aam", "water=window", "wave=sea", "wave.height=0.2", "fluid.spacing=0.04"]
 PARTS = {"_shift": "shift", "_place": "sides and bodies", "_treat": "ring", "_look": "surface"}
@@ -40,7 +39,7 @@ def timed(owner: Any, name: str, label: str, found: dict[str, float]) -> None:
 
 def figures(words: list[str], steps: int, skip: int) -> dict[str, Any]:
     """Run a world for some steps and return its figures."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     world = build_world(settings)
     world.reset({"robot": initial_configuration(settings, world.actors["robot"].robot)})
     window, step = world.fluid.simulation, world.step_size

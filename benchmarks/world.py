@@ -54,20 +54,18 @@ def chain_settings(folder: Path, *, added_mass: bool, height: float) -> Any:
 
 def aam_settings(*, added_mass: bool, height: float, piloted: bool = True) -> Any:
     """Return the manipulator at a height [m], held there by its controller or left alone."""
-    from seals.config.compose import compose
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
     words = [w for w in AAM if piloted or not w.startswith(("controller", "guide"))]
     words += [f"initial.position=[0,0,{height}]", "time.duration=4.0"]
-    return build_run(compose([*words, *(() if added_mass else ADDED)]))
+    return run_settings([*words, *(() if added_mass else ADDED)])
 
 
 def crab_settings() -> Any:
     """Return the crab that walks on the bottom of a tank."""
-    from seals.config.compose import compose
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_run(compose(["experiment=crab_seabed"]))
+    return run_settings(["experiment=crab_seabed"])
 
 
 def blocks_of(settings: Any, warm: int = 1) -> tuple[Any, Callable[[], float]]:

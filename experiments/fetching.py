@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import folder_of, markdown, parser_of
 from seals.experiments.frames import View, draw_frames, stage_times, write_sheet
 from seals.experiments.trials import Outcome, run_trials, summary
@@ -17,7 +16,7 @@ from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record, simulate
 from seals.world.ledger import Ledger
@@ -52,7 +51,7 @@ def command_line(
     if given.seeds == 0:
         return _single(out, words(given.first), judge)
     table, seeds = out / "trials.csv", range(given.first, given.first + given.seeds)
-    rows = run_trials(table, seeds, words, lambda w: judge(simulate(build_run(compose(w)))))
+    rows = run_trials(table, seeds, words, lambda w: judge(simulate(run_settings(w))))
     good = sum(1 for row in rows if row["success"] == "1")
     print(f"{name}: {summary(rows)}; {table}")
     return 0 if good >= 0.9 * len(rows) else 1
@@ -60,7 +59,7 @@ def command_line(
 
 def _single(out: Path, words: list[str], judge: Judge) -> int:
     """Run once with all pictures in the run's folder."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     record = run_into(out, settings, overrides=words)
     outcome = judge(record)
     _draw(out, record, settings)

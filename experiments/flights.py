@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import folder_of, parser_of
 from seals.logs import Log
 from seals.report.figures import Chart, Series
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Record
 from seals.world import Ledger
 
@@ -40,7 +39,7 @@ def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dic
     records = {}
     for name, overrides in cases.items():
         words = [f"experiment={experiment}", f"name={experiment}_{name}", *overrides]
-        record = run_into(out / name, build_run(compose(words)), overrides=words)
+        record = run_into(out / name, run_settings(words), overrides=words)
         if record.error is not None:
             raise record.error
         records[name] = record

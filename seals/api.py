@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seals import registry
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:
     from seals.arrays import Array
@@ -40,11 +40,10 @@ def make(overrides: Sequence[str] = ()) -> World:
         0.001
         >>> world.close()
     """
-    from seals.config.compose import compose
     from seals.run import build_world
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_world(build_run(compose(overrides)))
+    return build_world(run_settings(overrides))
 
 
 def make_batch(
@@ -72,11 +71,10 @@ def make_batch(
         >>> state.position.shape
         (3, 3)
     """
-    from seals.config.compose import compose
     from seals.run import build_twin
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_twin(build_run(compose(overrides)), batch=batch, like=like, values=values)
+    return build_twin(run_settings(overrides), batch=batch, like=like, values=values)
 
 
 def simulate(overrides: Sequence[str], out: str | Path) -> Log:
@@ -130,10 +128,7 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
     cls = registry.get("reader", name).load()
     fields = [field.name for field in dataclasses.fields(cls) if field.init]
     for option in options:
-        if option not in fields:
-            raise ConfigError(
-                f"'{option}' is not a field of the reader '{name}'.\n{suggestion(option, fields)}"
-            )
+        refuse_unlisted(option, fields, f"'{option}' is not a field of the reader '{name}'")
     logs: list[Log] = cls(**options).read(place)
     return logs
 
@@ -180,11 +175,10 @@ def load_robot(source: str | Path) -> RobotModel:
         >>> load_robot("ball").links
         ('base',)
     """
-    from seals.config.compose import compose
     from seals.robot.build import build_robot
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    return build_robot(build_run(compose([f"robot={source}"])).robot)
+    return build_robot(run_settings([f"robot={source}"]).robot)
 
 
 def list_plugins(kind: str) -> dict[str, str]:

@@ -30,8 +30,7 @@ def namespace(*arrays: Array) -> ModuleType:
     """
     if type(arrays[0]) is np.ndarray:
         return np
-    found: ModuleType = array_namespace(*arrays)
-    return found
+    return array_namespace(*arrays)
 
 
 def columns(*parts: Array) -> Array:

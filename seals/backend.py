@@ -15,7 +15,7 @@ import numpy as np
 from seals.arrays import Array, Floats
 from seals.effects.evaluation import Evaluation
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.motion import JointDrive, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.robot.model import RobotModel
@@ -126,34 +126,27 @@ class RigidBody(Protocol):
 
     def reset(self, configuration: Configuration) -> None:
         """Set the state of the robot and clear the memory of earlier steps."""
-        ...
 
     def read(self) -> Configuration:
         """Return pose, velocity and joint state of the robot."""
-        ...
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""
-        ...
 
     def joint_positions(self) -> Floats:
         """Return the joint coordinates [rad or m], shape (J,)."""
-        ...
 
     def apply(self, dynamics: Dynamics, step: float) -> None:
         """Set the loads on the robot for the next step [s]."""
-        ...
 
     def contact_wrenches(self) -> Floats:
         """Return the contact wrenches of the last step, shape (L, 6).
 
         They act about the link origins and are given in link axes [N, N m].
         """
-        ...
 
     def contact_normals(self) -> Floats:
         """Return the sum of the normal forces on every link in the last step [N], shape (L,)."""
-        ...
 
 
 class LinksAt(Protocol):
@@ -162,7 +155,6 @@ class LinksAt(Protocol):
     @property
     def kinematics(self) -> Kinematics:
         """Their poses."""
-        ...
 
 
 Follow = Callable[
@@ -186,15 +178,12 @@ class CompiledBody(RigidBody, Protocol):
 
     def mean_speed(self) -> Floats:
         """Return the mean velocity over the last step, see `BodyOptions.mean_speed`."""
-        ...
 
     def middle_speed(self) -> Floats | None:
         """Return the velocity at the middle of the last step, see `BodyOptions.middle_speed`."""
-        ...
 
     def interpret(self) -> None:
         """Continue without compiled laws."""
-        ...
 
     def compile(self, *, inertial: bool, follow: Follow) -> None:
         """Prepare.
@@ -203,7 +192,6 @@ class CompiledBody(RigidBody, Protocol):
             inertial: whether effects add inertia.
             follow: finds the new state after a step without contacts, by `leapt`.
         """
-        ...
 
     def leapt(
         self, native: Sequence[Array], own: Sequence[Array], step: float
@@ -218,14 +206,12 @@ class CompiledBody(RigidBody, Protocol):
             own: velocity and joints before the step, and the velocity half a step earlier, if any.
             step: h [s].
         """
-        ...
 
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity, for `at_origin` and the tree.
 
         Shapes (3,), (4,), (J,) and (n,), as the engine keeps them.
         """
-        ...
 
     def at_origin(self, place: Array, turn: Array, native: Array) -> tuple[Array, Array, Array]:
         """Return place and rotation of the base link, and the generalised velocity; pure.
@@ -235,25 +221,20 @@ class CompiledBody(RigidBody, Protocol):
             turn: attitude of `coordinates`, shape (1, 4).
             native: velocity of `coordinates`, shape (1, n).
         """
-        ...
 
     def compiled_form(self, step: float, *, driven: bool) -> tuple[str, ...] | None:
         """Return how the next step [s] is computed; None where that is not compiled."""
-        ...
 
     def compiled_arguments(self) -> tuple[Floats, ...]:
         """Return what `compiled_law` needs besides the dynamics and the joints' acceleration."""
-        ...
 
     def compiled_law(
         self, form: tuple[str, ...], dynamics: Dynamics, step: float, *own: Array
     ) -> list[Array]:
         """Return what `give` takes; pure, on any array library."""
-        ...
 
     def give(self, form: tuple[str, ...], results: list[Floats], links: LinksAt) -> bool:
         """Set the loads for the next step; false where the law is to be evaluated again."""
-        ...
 
     def steps_alone(self) -> bool:
         """Return whether the next steps can be made by a program of `write_step`."""
@@ -317,11 +298,7 @@ def checked_choice(compiled: str | bool) -> str:
         ('true', 'auto')
     """
     word = str(compiled).lower()
-    if word not in ("auto", "true", "false"):
-        raise ConfigError(
-            f"backend.compiled={compiled} is not allowed.\n"
-            f"{suggestion(word, ['auto', 'true', 'false'], label='Allowed')}"
-        )
+    refuse_unlisted(word, ["auto", "true", "false"], f"backend.compiled={compiled} is not allowed")
     return word
 
 
@@ -357,7 +334,6 @@ class Backend(Protocol):
         What stands still, with friction and restitution, comes from
         `seals.environment.ground.solids_of`. The engine applies no gravity: it acts as an effect.
         """
-        ...
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene.
@@ -367,26 +343,21 @@ class Backend(Protocol):
         Engines with contacts stop joints at ``robot.lower`` and ``robot.upper``. The engine adds
         no damping, no joint friction and no joint motors of its own.
         """
-        ...
 
     def advance(self) -> None:
         """Advance the scene by one step under the loads last applied to every robot.
 
         Forces and wrenches act over this step alone.
         """
-        ...
 
     def snapshot(self) -> Any:
         """Return an opaque copy of the state of the scene."""
-        ...
 
     def restore(self, snapshot: Any) -> None:
         """Restore the scene to a snapshot."""
-        ...
 
     def close(self) -> None:
         """Release the engine."""
-        ...
 
 
 @runtime_checkable
@@ -395,8 +366,6 @@ class Storing(Protocol):
 
     def store(self, path: Path) -> Any:
         """Write the scene to a file; return the rest of the state as arrays, numbers, records."""
-        ...
 
     def recall(self, path: Path, bodies: Any) -> Any:
         """Return a snapshot from the file and the result of `store`."""
-        ...

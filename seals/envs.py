@@ -75,11 +75,10 @@ def torchrl_env(name: str, num_envs: int, **kwargs: Any) -> Any:
         MissingExtra: torchrl is not installed.
         ConfigError: there is no such environment.
     """
-    from seals.errors import ConfigError, suggestion
+    from seals.errors import refuse_unlisted
     from seals.learn.environments.torchrl_env import SealsEnvBase
 
-    if name not in IDS:
-        raise ConfigError(f"there is no environment '{name}'.\n{suggestion(name, IDS)}")
+    refuse_unlisted(name, IDS, f"there is no environment '{name}'")
     return SealsEnvBase(IDS[name], num_envs=num_envs, **kwargs)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 
 class SealsError(Exception):
@@ -154,7 +154,13 @@ def suggestion(name: str, allowed: Iterable[str], *, label: str = "Allowed", mos
 
 
 def refuse_unlisted(
-    name: str, allowed: Iterable[str], what: str, *, label: str = "Allowed", most: int = 24
+    name: str,
+    allowed: Collection[str],
+    what: str,
+    *,
+    label: str = "Allowed",
+    most: int = 24,
+    error: type[SealsError] = ConfigError,
 ) -> None:
     """Refuse a name that is not among the allowed ones; the nearest is named.
 
@@ -164,9 +170,10 @@ def refuse_unlisted(
         what: what is wrong with another one, without a full stop.
         label: in front of the allowed ones.
         most: allowed names that are shown.
+        error: class of the refusal.
 
     Raises:
-        ConfigError: the name is another one.
+        SealsError: ``error``; the name is another one.
 
     Example:
         >>> refuse_unlisted("box", ["box", "sphere"], "there is no 'box'")
@@ -176,7 +183,7 @@ def refuse_unlisted(
         Did you mean 'sphere'?  Allowed: box, sphere
     """
     if name not in allowed:
-        raise ConfigError(f"{what}.\n{suggestion(name, allowed, label=label, most=most)}")
+        raise error(f"{what}.\n{suggestion(name, allowed, label=label, most=most)}")
 
 
 def printable(text: str) -> str:

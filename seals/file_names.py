@@ -1,4 +1,4 @@
-"""Names that become part of a path: of runs, manoeuvres, logs, instances.
+"""Names that become part of a path, of runs, manoeuvres, logs, instances; endings of recordings.
 
 A name comes from a file of anybody. What is chosen by it is one entry of one folder, and never a
 place elsewhere.
@@ -7,10 +7,20 @@ place elsewhere.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 from seals.errors import ConfigError
 
+RECORDINGS: Mapping[str, str] = {
+    ".ulg": "ulog",
+    ".mcap": "mcap",
+    ".db3": "rosbag2",
+    ".bag": "rosbag1",
+    ".tlog": "tlog",
+    ".mat": "matlab",
+}
+"""Endings that only recordings have, with their readers; ``.gz`` may follow."""
 _STRANGE = re.compile(r"[^\w.-]+")
 _REFUSED = frozenset('/\\:*?"<>|\0')
 _MOST = 120

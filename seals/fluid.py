@@ -123,7 +123,6 @@ class Fluid(Protocol):
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return the static solids that the fluid adds, such as tank walls."""
-        ...
 
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
         """Prepare the fluid and the boundaries.
@@ -131,11 +130,9 @@ class Fluid(Protocol):
         Raises:
             SealsError: it does not fit, says what does.
         """
-        ...
 
     def initialise(self, states: BodyStates) -> None:
         """Fill the domain at rest around the bodies, at time zero; the state is reset."""
-        ...
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
         """Advance from ``time`` by ``step`` [s]; return the impulses on the bodies.
@@ -144,35 +141,27 @@ class Fluid(Protocol):
             Force and torque times step about the reference points, world axes [N s, N m s],
             shape (K, 6).
         """
-        ...
 
     def surface(self, position: Array) -> Sea:
         """Return surface and flow at points (N, 3), as known from the last step."""
-        ...
 
     def momentum_balance(self) -> MomentumBalance | None:
         """Return the momentum balance of the last step; None before the first."""
-        ...
 
     def diagnostics(self) -> Mapping[str, float]:
         """Return diagnostics by name: particles, compression, losses; unit in the name."""
-        ...
 
     def particles(self) -> tuple[Floats, Floats]:
         """Return positions [m] and velocities [m/s] for viewers, (n, 3) each; may be empty."""
-        ...
 
     def snapshot(self) -> Any:
         """Return an opaque copy of the complete state."""
-        ...
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot."""
-        ...
 
     def close(self) -> None:
         """Release memory and devices."""
-        ...
 
 
 class SeaOfFluid:

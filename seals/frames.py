@@ -266,8 +266,7 @@ def quaternion_of(rotation: Floats) -> Floats:
         (wx, wy, wz, squares[3]),
     )
     q = np.array(rows[largest])
-    found: Floats = q * (math.copysign(1.0, q[3]) / math.sqrt(float(q @ q)))
-    return found
+    return q * (math.copysign(1.0, q[3]) / math.sqrt(float(q @ q)))
 
 
 def cross3(a: Array, b: Array) -> Array:

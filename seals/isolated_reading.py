@@ -27,7 +27,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 SECONDS, BYTES_A_SECOND = 5, 1 << 24
 """Time that reading one file may compute [s], with one more for each so many bytes."""
@@ -81,18 +81,14 @@ def read_isolated(reader: str, path: str | Path) -> Any:
         except StateError as cause:
             raise _refused(path, f"its reader handed over nothing ({cause})") from cause
     if "content" not in found:
-        _raise(path, found["error"], found["message"])
+        # raise what a reader raised in the child
+        from seals import errors
+
+        kind = getattr(errors, found["error"], None)
+        if isinstance(kind, type) and issubclass(kind, errors.SealsError):
+            raise kind(found["message"])
+        raise _refused(path, f"its library says {found['error']}: {found['message']}")
     return found["content"]
-
-
-def _raise(path: str | Path, name: str, message: str) -> NoReturn:
-    """Raise what a reader raised in the child."""
-    from seals import errors
-
-    kind = getattr(errors, name, None)
-    if isinstance(kind, type) and issubclass(kind, errors.SealsError):
-        raise kind(message)
-    raise _refused(path, f"its library says {name}: {message}")
 
 
 def run_bounded(

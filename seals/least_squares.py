@@ -64,7 +64,6 @@ class Outcome(Protocol):
     @property
     def cost(self) -> float:
         """Sum of squares, priors included."""
-        ...
 
 
 T = TypeVar("T", bound=Iterate)
@@ -77,17 +76,14 @@ class LeastSquares(Protocol[T_contra, Found]):
 
     def linearise(self, tasks: Sequence[T_contra]) -> None:
         """Linearise all tasks at their points; mark tasks without a useful step as done."""
-        ...
 
     def evaluate(
         self, tasks: Sequence[T_contra], proposals: Sequence[Sequence[Proposal]]
     ) -> Sequence[Sequence[Found]]:
         """Evaluate the proposed steps of every task; an unusable step has no result."""
-        ...
 
     def keep(self, task: T_contra, outcome: Found) -> None:
         """Move a task to the point that a trial reached."""
-        ...
 
 
 class StepRule(Protocol[T_contra]):
@@ -100,19 +96,15 @@ class StepRule(Protocol[T_contra]):
     @property
     def trials(self) -> int:
         """Most trials for each step."""
-        ...
 
     def proposals(self, task: T_contra) -> Sequence[Proposal]:
         """Return the steps to try next."""
-        ...
 
     def accepts(self, task: T_contra, cost: float) -> bool:
         """Return true if a trial with this cost is accepted."""
-        ...
 
     def update(self, task: T_contra, before: float) -> None:
         """Adapt damping and progress after trials; ``before`` is the cost before them."""
-        ...
 
 
 def minimise(
@@ -391,5 +383,4 @@ def solve_scaled(matrix: Floats, right: Floats, *, damping: float = 0.0) -> Floa
     # rounding can leave a diagonal below zero: such a value has a size, too
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
     scaled = matrix * scale[:, None] * scale[None, :] + (damping + 1e-12) * np.eye(len(scale))
-    solved: Floats = np.linalg.solve(scaled, right * scale) * scale
-    return solved
+    return np.linalg.solve(scaled, right * scale) * scale

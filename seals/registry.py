@@ -30,7 +30,7 @@ from seals.errors import (
     RobotError,
     SealsError,
     UnknownPlugin,
-    suggestion,
+    refuse_unlisted,
 )
 
 GROUPS: Mapping[str, str] = MappingProxyType(
@@ -166,10 +166,9 @@ def get(kind: str, name: str) -> Plugin:
         'gravity'
     """
     declared = _declared(kind)
-    if name not in declared:
-        raise UnknownPlugin(
-            f"{kind} '{name}' is not installed.\n{suggestion(name, declared, label='Installed')}"
-        )
+    refuse_unlisted(
+        name, declared, f"{kind} '{name}' is not installed", label="Installed", error=UnknownPlugin
+    )
     return plugins(kind)[name] if len(declared[name]) > 1 else declared[name][0]
 
 
@@ -229,8 +228,7 @@ def refresh() -> None:
 
 @functools.cache
 def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
-    if kind not in GROUPS:
-        raise ConfigError(f"there is no kind '{kind}'.\n{suggestion(kind, GROUPS, label='Kinds')}")
+    refuse_unlisted(kind, GROUPS, f"there is no kind '{kind}'", label="Kinds")
     found: dict[str, list[Plugin]] = {}
     for point in _points().select(group=GROUPS[kind]):
         name, version = _owner(point.dist)

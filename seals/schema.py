@@ -110,10 +110,7 @@ def param(
     meta = Parameter(
         unit=unit, bounds=bounds, tolerance=tolerance, relative=relative, source=source, fit=fit
     )
-    field: float = dataclasses.field(
-        default=default, metadata={_KEY: meta, **(LATER if later else {})}
-    )
-    return field
+    return dataclasses.field(default=default, metadata={_KEY: meta, **(LATER if later else {})})
 
 
 def setting(
@@ -143,8 +140,7 @@ def count(default: int, *, bounds: tuple[int, int]) -> int:
         default: value.
         bounds: lowest and highest admissible value.
     """
-    field: int = dataclasses.field(default=default, metadata={_SPAN: bounds})
-    return field
+    return dataclasses.field(default=default, metadata={_SPAN: bounds})
 
 
 def later_defaults(plugin: type) -> dict[str, Any]:
@@ -242,8 +238,7 @@ def vector(
     anchor = default[0] if default else bounds[0]
     meta = _metadata(anchor, unit, bounds=bounds, tolerance=tolerance, source=source)
     meta[_LENGTH] = len(default) or None
-    field: list[float] = dataclasses.field(default_factory=lambda: list(default), metadata=meta)
-    return field
+    return dataclasses.field(default_factory=lambda: list(default), metadata=meta)
 
 
 def named(unit: str, *, bounds: tuple[float, float], source: str) -> dict[str, float]:
@@ -255,8 +250,7 @@ def named(unit: str, *, bounds: tuple[float, float], source: str) -> dict[str, f
         source: where the law or the choice comes from.
     """
     meta = _metadata(bounds[0], unit, bounds=bounds, tolerance=0.0, source=source)
-    field: dict[str, float] = dataclasses.field(default_factory=dict, metadata=meta | LATER)
-    return field
+    return dataclasses.field(default_factory=dict, metadata=meta | LATER)
 
 
 def check_tree(thing: object, *, where: str) -> None:
@@ -303,6 +297,34 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
                 check_value(f"{key}.{item}", number, declared[name])
         elif value is not None or fields[name].default is not None:
             check_value(key, value, declared[name])
+
+
+def check_order(thing: object, low: str, high: str, *, where: str, equal: bool = False) -> None:
+    """Refuse two numbers of a dataclass of which the first is not below the second.
+
+    Args:
+        thing: that has the fields.
+        low: field of the lower number.
+        high: field of the higher one.
+        where: what the fields belong to, named in the message.
+        equal: whether they may be equal.
+
+    Raises:
+        ConfigError: they are not in order.
+
+    Example:
+        >>> check_order(Within(2.0, 1.0), "low", "high", where="band")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: band.low=2.0 is not below band.high=1.0.
+        Allowed: low below high.
+    """
+    first, last = getattr(thing, low), getattr(thing, high)
+    if not (first < last or (equal and first == last)):
+        wrong, right = ("above", "up to") if equal else ("not below", "below")
+        raise ConfigError(
+            f"{where}.{low}={first} is {wrong} {where}.{high}={last}.\n"
+            f"Allowed: {low} {right} {high}."
+        )
 
 
 def vars_of(thing: Any) -> dict[str, Any]:

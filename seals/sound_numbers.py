@@ -9,10 +9,10 @@ from __future__ import annotations
 import contextlib
 import math
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from seals.errors import LogError, SealsError
+from seals.errors import LogError, PhysicsError, SealsError
 
 _LIBRARIES = ("numpy", "scipy", "torch")
 """Packages whose complaint about a value is one about numbers."""
@@ -52,6 +52,28 @@ def arises_inside(error: BaseException) -> bool:
         trace = trace.tb_next
     module = "" if trace is None else str(trace.tb_frame.f_globals.get("__name__", ""))
     return module.partition(".")[0] in {"seals", *_LIBRARIES}
+
+
+def refuse_not_finite(odd: Sequence[str], where: str, advice: str) -> None:
+    """Refuse what computes with numbers that are not finite.
+
+    Args:
+        odd: names of such numbers; none for sound ones.
+        where: place or time, for the message.
+        advice: what to do about it.
+
+    Raises:
+        PhysicsError: there are some.
+
+    Example:
+        >>> refuse_not_finite(["the reward"], "at step 3", "Look into the task.")
+        Traceback (most recent call last):
+        seals.errors.PhysicsError: the reward is not finite at step 3.
+        Look into the task.
+    """
+    if odd:
+        verb = "is" if len(odd) == 1 else "are"
+        raise PhysicsError(f"{', '.join(odd)} {verb} not finite {where}.\n{advice}")
 
 
 @contextlib.contextmanager

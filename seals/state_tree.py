@@ -145,7 +145,12 @@ def unpacked(data: Any, arrays: Sequence[np.ndarray], depth: int = 0) -> Any:
         raise ValueError(f"an entry with the marks {sorted(data)[:5]}")
     ((mark, content),) = data.items()
     if mark in ("a", "s"):
-        return _array(content, arrays, scalar=mark == "s")
+        if type(content) is not int or not 0 <= content < len(arrays):
+            raise ValueError(f"it speaks of array {content}; there are {len(arrays)}")
+        found = arrays[content]
+        if mark == "s" and found.shape:
+            raise ValueError(f"array {content} of shape {found.shape} stands for one number")
+        return found[()] if mark == "s" else found
     if mark in ("f", "b"):
         return _NUMBERS[content] if mark == "f" else _number_of(_all_of(str, content))
     return _container(mark, content, arrays, depth + 1)
@@ -165,15 +170,6 @@ def _container(mark: str, content: Any, arrays: Sequence[np.ndarray], depth: int
     if mark == "m":
         return {key: value for key, value in parts}  # noqa: C416  pairs, or a ValueError
     return tuple(parts) if mark == "t" else frozenset(parts)
-
-
-def _array(number: Any, arrays: Sequence[np.ndarray], *, scalar: bool) -> Any:
-    if type(number) is not int or not 0 <= number < len(arrays):
-        raise ValueError(f"it speaks of array {number}; there are {len(arrays)}")
-    found = arrays[number]
-    if scalar and found.shape:
-        raise ValueError(f"array {number} of shape {found.shape} stands for one number")
-    return found[()] if scalar else found
 
 
 def _all_of(kind: type, value: Any) -> Any:

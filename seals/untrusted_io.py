@@ -379,18 +379,6 @@ def _unfold(content: object) -> None:
         raise ValueError(f"nested deeper than {_DEEPEST} levels")
 
 
-def read_xml(path: str | Path, *, most: int = MOST_TEXT_BYTES) -> ElementTree.Element:
-    """Return the root element of an XML file, read within limits.
-
-    Raises:
-        LogError: it cannot be read, is not UTF-8, too large, or not XML as `plain_xml` takes it.
-    """
-    try:
-        return plain_xml(read_text(path, most=most))
-    except ValueError as error:
-        raise LogError(f"'{path}' is not valid XML: {error}.\nRestore it.") from error
-
-
 def plain_xml(text: str) -> ElementTree.Element:
     """Parse XML within limits of depth and elements, without document types and entities.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import builtins
 import ctypes
 import gc
 import importlib.util
@@ -14,6 +15,7 @@ import textwrap
 from collections.abc import Callable, Iterator
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -87,6 +89,22 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(folder)
     monkeypatch.delenv("SEALS_DEBUG", raising=False)
     return folder
+
+
+@pytest.fixture
+def absent(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """A function that lets packages be absent: importing one fails."""
+    real = builtins.__import__
+
+    def hide(*gone: str) -> None:
+        def without(name: str, *rest: Any, **more: Any) -> Any:
+            if name.partition(".")[0] in gone:
+                raise ImportError(f"No module named '{name}'", name=name)
+            return real(name, *rest, **more)
+
+        monkeypatch.setattr(builtins, "__import__", without)
+
+    return hide
 
 
 @pytest.fixture

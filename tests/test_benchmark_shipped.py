@@ -45,18 +45,11 @@ def test_words_and_errors_of_answers() -> None:
 
 
 @pytest.mark.slow
-def test_a_current_about_a_floating_box_is_found_and_verified(tmp_path: Path) -> None:
+# size and place of a payload multiply: a screen that is linear about zero does not see them
+@pytest.mark.parametrize("effect", ["current", "payload"])
+def test_an_effect_on_a_floating_box_is_found_and_verified(effect: str, tmp_path: Path) -> None:
     """Simulated, diagnosed, added, and verified on another run."""
-    row = case(BOX, "current", tmp_path / "case", seconds=5.0)
-    assert row["word"] == "right", row
-    assert row["off"] < 0.1
-    assert row["verified"], row
-
-
-@pytest.mark.slow
-def test_a_payload_is_told_from_a_shifted_centre(tmp_path: Path) -> None:
-    """Its size and place multiply: a screen that is linear about zero does not see them."""
-    row = case(BOX, "payload", tmp_path / "case", seconds=5.0)
+    row = case(BOX, effect, tmp_path / "case", seconds=5.0)
     assert row["word"] == "right", row
     assert row["off"] < 0.1
     assert row["verified"], row

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import gzip
 import importlib.metadata
 import io
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,7 +91,6 @@ def cases_of(
 
 
 def write_set(
-    out: Path,
     cases: Sequence[Case],
     fly: Callable[..., Columns],
     *,
@@ -97,20 +98,21 @@ def write_set(
     robots: Mapping[str, Mapping[str, str]],
     maps: Mapping[str, Mapping[str, Any]],
     packages: Sequence[str],
-    only: Sequence[str] = (),
 ) -> None:
     """Fly all cases and write the folder that the runner and the scorer take.
 
+    The command line names the folder, whose files are overwritten, and with ``--only`` some cases.
+
     Args:
-        out: folder to be made; files that are there are overwritten.
         cases: of the set.
         fly: of the simulator; gets the settings of a case and ``rng``.
         seed: of the set; each case has its own random numbers from it and its place in the list.
         robots: files of every robot folder.
         maps: columns of the logs, a file each.
         packages: whose versions are written beside the logs.
-        only: names of cases; all if empty.
     """
+    asked = command_line("out")
+    out, only = asked.out, asked.only
     for robot, files in robots.items():
         place = out / "robots" / robot
         place.mkdir(parents=True, exist_ok=True)
@@ -131,6 +133,44 @@ def write_set(
         words = yaml.safe_dump(case.truth(), sort_keys=False, width=1000)
         (place / "truth.yaml").write_text(words, encoding="utf-8")
         print(case.name, flush=True)
+
+
+def command_line(*folders: str, **more: Any) -> argparse.Namespace:
+    """Read a command line: folders, names of cases after ``--only``, and options by default.
+
+    Args:
+        folders: names of what must be given.
+        more: options with their defaults.
+    """
+    parser = argparse.ArgumentParser()
+    for name in folders:
+        parser.add_argument(name, type=Path)
+    parser.add_argument("--only", nargs="*", default=[])
+    for name, default in more.items():
+        parser.add_argument(f"--{name}", type=type(default), default=default)
+    return parser.parse_args()
+
+
+def cases_in(given: Path, only: Sequence[str]) -> list[Path]:
+    """Return the folders of a set's cases, or of those that are named."""
+    cases = sorted(path.parent for path in given.resolve().glob("cases/*/truth.yaml"))
+    return [case for case in cases if not only or case.name in only]
+
+
+def lay_out(case: Path, place: Path) -> tuple[list[str], list[str]]:
+    """Copy a case's log, robot and maps into a folder; return the words that ready its log.
+
+    Those of ``seals convert``, and those of ``seals new datasheet``.
+    """
+    truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
+    given = case.parents[1]
+    shutil.copytree(given / "robots" / truth["robot"], place / "robot")
+    (place / "log.csv").write_bytes(gzip.decompress((case / "log.csv.gz").read_bytes()))
+    for chart in sorted(given.glob("*.yaml")):
+        shutil.copy(chart, place)
+    words = ["log=log.csv", f"map={truth.get('map', 'map.yaml')}", "robot=robot", "out=flight"]
+    words += [f"rate={truth.get('rate', 100)}", *truth.get("convert", [])]
+    return ["convert", *words], ["new", "datasheet", "log=flight", "robot=robot"]
 
 
 def urdf(
@@ -168,6 +208,19 @@ def write_table(path: Path, columns: Columns) -> None:
     text.write(",".join(columns) + "\n")
     np.savetxt(text, np.column_stack(list(columns.values())), fmt="%.6f", delimiter=",")
     path.write_bytes(gzip.compress(text.getvalue().encode(), mtime=0))
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross product of two vectors, quicker than that of NumPy."""
+    x, y, z = a
+    u, v, w = b
+    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
+def split_sensors(changes: dict[str, Any]) -> dict[str, Any]:
+    """Take what concerns the sensors out of what acts in a flight, and return it."""
+    of_sensors = ("acc_", "gyro_", "imu_", "pose_")
+    return {k: changes.pop(k) for k in [*changes] if k.startswith(of_sensors)}
 
 
 def at_times(times: Floats, values: Floats, late: float) -> Floats:

@@ -9,7 +9,6 @@ forces that it has no law for. Nothing of the package is copied.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,9 @@ from benchmarks.other_simulators.flight_sets import (
     Columns,
     Floats,
     cases_of,
+    cross,
     measured,
+    split_sensors,
     urdf,
     write_set,
 )
@@ -140,13 +141,6 @@ class Load:
         tension = 400.0 * (far - self.length) + 2.0 * float(unit @ (load[3:] - velocity))
         force = max(tension, 0.0) * unit
         return force, np.concatenate([load[3:], -force / self.mass - [0, 0, G]])
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of two vectors, quicker than that of NumPy."""
-    x, y, z = a
-    u, v, w = b
-    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def matrix(q: Floats) -> Floats:
@@ -279,9 +273,7 @@ def fly(*, rng: np.random.Generator, path: Path3, percent: bool = False, **chang
     """
     from quad_sim_python.ctrl import Controller
 
-    sensors = {
-        k: changes.pop(k) for k in [*changes] if k.startswith(("acc_", "gyro_", "imu_", "pose_"))
-    }
+    sensors = split_sensors(changes)
     late = round(changes.pop("late", 0.0) * RATE * STEPS)
     plant, dt = Plant(path, changes, rng), 1.0 / (RATE * STEPS)
     pilot = Controller(plant.sheet, orient="ENU")
@@ -396,18 +388,6 @@ PATHS: dict[str, Callable[..., Path3]] = {
 CASES = cases_of(Path(__file__).with_suffix(".yaml"), PATHS, robot="quad")
 
 
-def main() -> None:
-    """Write the set."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=[])
-    asked = parser.parse_args()
-    packages = ["quad-sim-python", "numpy", "scipy"]
-    write_set(
-        *(asked.out, CASES, fly),
-        **{"seed": SEED, "robots": ROBOTS, "maps": MAPS, "packages": packages, "only": asked.only},
-    )
-
-
 if __name__ == "__main__":
-    main()
+    made_with = ("quad-sim-python", "numpy", "scipy")
+    write_set(CASES, fly, seed=SEED, robots=ROBOTS, maps=MAPS, packages=made_with)

@@ -11,14 +11,11 @@ where these are installed. OUT/METHOD/CASE holds an answer as ``diagnosis.json``
 
 from __future__ import annotations
 
-import argparse
 import contextlib
-import gzip
 import io
 import json
 import multiprocessing
 import os
-import shutil
 import tempfile
 import time
 import warnings
@@ -26,7 +23,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import yaml
+from benchmarks.other_simulators.flight_sets import cases_in, command_line, lay_out
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
@@ -57,16 +54,9 @@ def prepared(case: Path, place: Path) -> Any:
     from seals.sysid.predictors.problem import prepare
     from seals.sysid.report.given_logs import given_logs
 
-    truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
-    given = case.parents[1]
-    shutil.copytree(given / "robots" / truth["robot"], place / "robot")
-    (place / "log.csv").write_bytes(gzip.decompress((case / "log.csv.gz").read_bytes()))
-    for chart in given.glob("*.yaml"):
-        shutil.copy(chart, place)
+    steps = lay_out(case, place)
     os.chdir(place)
-    words = ["log=log.csv", f"map={truth.get('map', 'map.yaml')}", "robot=robot", "out=flight"]
-    words += [f"rate={truth.get('rate', 100)}", *truth.get("convert", [])]
-    for step in (["convert", *words], ["new", "datasheet", "log=flight", "robot=robot"]):
+    for step in steps:
         with contextlib.redirect_stdout(io.StringIO()):
             code = seals(step)
         if code:
@@ -87,17 +77,10 @@ def methods(problem: Any) -> dict[str, tuple[str, ...]]:
 
 def main() -> None:
     """Answer the cases that were asked for."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("set", type=Path)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=[])
-    parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
-    cases = sorted(p.parent.resolve() for p in asked.set.glob("cases/*/truth.yaml"))
-    cases = [c for c in cases if not asked.only or c.name in asked.only]
+    asked = command_line("set", "out", jobs=1)
     run = partial(answer, asked.out.resolve())
     with multiprocessing.get_context("spawn").Pool(asked.jobs, maxtasksperchild=1) as pool:
-        for said in pool.imap_unordered(run, cases):
+        for said in pool.imap_unordered(run, cases_in(asked.set, asked.only)):
             print(said, flush=True)
 
 

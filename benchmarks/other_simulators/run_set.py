@@ -9,9 +9,7 @@ step); `python -m benchmarks.other_simulators.score_set SET OUT` then counts.
 
 from __future__ import annotations
 
-import argparse
 import concurrent.futures
-import gzip
 import json
 import os
 import shutil
@@ -21,32 +19,19 @@ import time
 from pathlib import Path
 from typing import Any
 
-import yaml
+from benchmarks.other_simulators.flight_sets import cases_in, command_line, lay_out
 
 ANSWERED = (0, 10, 11, 12, 13, 20)
 """Exit codes of an answer; others end the case."""
 
 
-def answer(case: Path, robots: Path, out: Path, seals: list[str]) -> dict[str, int]:
+def answer(case: Path, out: Path, seals: list[str]) -> dict[str, int]:
     """Convert, write the data sheet and diagnose one case; return the exit codes."""
-    truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
     out.mkdir(parents=True, exist_ok=True)
     steps: dict[str, dict[str, Any]] = {}
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        shutil.copytree(robots / "robots" / truth["robot"], place / "robot")
-        (place / "log.csv").write_bytes(gzip.decompress((case / "log.csv.gz").read_bytes()))
-        for chart in sorted(robots.glob("*.yaml")):
-            shutil.copy(chart, place)
-        words = [
-            "convert",
-            "log=log.csv",
-            f"map={truth.get('map', 'map.yaml')}",
-            "robot=robot",
-            "out=flight",
-        ]
-        words += [f"rate={truth.get('rate', 100)}", *truth.get("convert", [])]
-        sheet = ["new", "datasheet", "log=flight", "robot=robot"]
+        words, sheet = lay_out(case, place)
         for name, asked in (
             ("convert", words),
             ("sheet", sheet),
@@ -83,20 +68,12 @@ def called(words: list[str], place: Path) -> dict[str, Any]:
 
 def main() -> None:
     """Answer the cases that were asked for."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("set", type=Path)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--seals", default="seals")
-    parser.add_argument("--only", nargs="*", default=[])
-    parser.add_argument("--jobs", type=int, default=1)
-    asked = parser.parse_args()
+    asked = command_line("set", "out", seals="seals", jobs=1)
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    cases = sorted(p.parent for p in asked.set.glob("cases/*/truth.yaml"))
-    cases = [c for c in cases if not asked.only or c.name in asked.only]
     with concurrent.futures.ThreadPoolExecutor(asked.jobs) as pool:
         jobs = {
-            pool.submit(answer, c, asked.set, asked.out / c.name, asked.seals.split()): c.name
-            for c in cases
+            pool.submit(answer, c, asked.out / c.name, asked.seals.split()): c.name
+            for c in cases_in(asked.set, asked.only)
         }
         for job in concurrent.futures.as_completed(jobs):
             print(jobs[job], job.result(), flush=True)

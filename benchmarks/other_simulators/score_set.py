@@ -9,7 +9,6 @@ but a wrong name), ``not_sensor`` (no sensor fault and no drag is named).
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -17,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+
+from benchmarks.other_simulators.flight_sets import cases_in, command_line
 
 REFUSED = ("none_of_these", "cannot_tell", "bad_data")
 WORDS = (*REFUSED, "nothing_missing", "not_silent", "not_sensor", "stated_wrong")
@@ -68,8 +69,7 @@ def says_nothing(effect: dict[str, Any]) -> bool:
 def answer_of(folder: Path) -> dict[str, Any]:
     """Return what SEALS answered; a refused step counts as bad data."""
     if (folder / "diagnosis.json").exists():
-        found: dict[str, Any] = json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
-        return found
+        return json.loads((folder / "diagnosis.json").read_text(encoding="utf-8"))
     steps = folder / "steps.json"
     codes = [s["rc"] for s in json.loads(steps.read_text()).values()] if steps.exists() else []
     return {"verdict": "bad_data" if 2 in codes else "failed", "effects": []}
@@ -77,15 +77,13 @@ def answer_of(folder: Path) -> dict[str, Any]:
 
 def main() -> None:
     """Print a line a case and the shares."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("set", type=Path)
-    parser.add_argument("out", type=Path)
-    asked = parser.parse_args()
+    asked = command_line("set", "out")
     counts: Counter[str] = Counter()
-    for path in sorted(asked.set.glob("cases/*/truth.yaml")):
-        if not (asked.out / path.parent.name).is_dir():
+    for case in cases_in(asked.set, asked.only):
+        if not (asked.out / case.name).is_dir():
             continue
-        truth, found = yaml.safe_load(path.read_text()), answer_of(asked.out / path.parent.name)
+        truth = yaml.safe_load((case / "truth.yaml").read_text(encoding="utf-8"))
+        found = answer_of(asked.out / case.name)
         kind = sort_of(truth["answers"], found)
         counts[kind] += 1
         names = joined(e["name"] for e in found["effects"])

@@ -9,7 +9,6 @@ with a lag, a current, and a controller of its own. Axes are forward-left-up, th
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,9 @@ from benchmarks.other_simulators.flight_sets import (
     Floats,
     Noise,
     cases_of,
+    cross,
     measured,
+    split_sensors,
     urdf,
     write_set,
 )
@@ -101,13 +102,6 @@ def skew(v: Floats) -> Floats:
     """Matrix of a cross product."""
     x, y, z = v
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of two vectors, quicker than that of NumPy."""
-    x, y, z = a
-    u, v, w = b
-    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def matrix(q: Floats) -> Floats:
@@ -272,9 +266,7 @@ def dive(*, rng: np.random.Generator, path: Pose, **changes: Any) -> Columns:
         path: wanted.
         changes: what acts; see ``Vehicle`` and ``measured``.
     """
-    sensors = {
-        k: changes.pop(k) for k in [*changes] if k.startswith(("acc_", "gyro_", "imu_", "pose_"))
-    }
+    sensors = split_sensors(changes)
     late, dt = round(changes.pop("late", 0.0) * RATE * STEPS), 1.0 / (RATE * STEPS)
     vehicle, pilot = Vehicle(path, changes), Pilot(path)
     rows: dict[str, list[Any]] = {
@@ -387,17 +379,5 @@ CASES = cases_of(
 )
 
 
-def main() -> None:
-    """Write the set."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=[])
-    asked = parser.parse_args()
-    write_set(
-        *(asked.out, CASES, dive),
-        **{"seed": SEED, "robots": ROBOTS, "maps": MAPS, "packages": ["numpy"], "only": asked.only},
-    )
-
-
 if __name__ == "__main__":
-    main()
+    write_set(CASES, dive, seed=SEED, robots=ROBOTS, maps=MAPS, packages=("numpy",))

@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from seals.cli.main import main as seals
-from seals.config.compose import compose
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.experiments.crab_gaits.cases import GAITS
 from seals.logs.native import TABLES
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 FILMED: Mapping[str, Sequence[str]] = {**GAITS, "learned": ("experiment=crab_learned",)}
 """Overrides of every gait that is filmed."""
@@ -36,8 +35,7 @@ def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
     """
     words = [*words, *(name for name in names if "=" in name)]
     for name in [name for name in names if "=" not in name] or FILMED:
-        if name not in FILMED:
-            raise ConfigError(f"there is no gait '{name}'.\n{suggestion(name, list(FILMED))}")
+        refuse_unlisted(name, FILMED, f"there is no gait '{name}'")
         folder = out / name
         if not (folder / TABLES[0]).is_file():
             code = seals(["run", *FILMED[name], f"hydra.run.dir={folder}"])
@@ -51,7 +49,7 @@ def film(out: Path, names: Sequence[str], words: Sequence[str]) -> int:
 
 def _camera(words: Sequence[str]) -> list[str]:
     """Words for a camera beside the animal, which goes along with it."""
-    settings = build_run(compose(list(words)))
+    settings = run_settings(list(words))
     place = settings.initial.position
     size = SHOWN[settings.robot.name]
     camera = [x + size * reach for x, reach in zip(place, REACH, strict=True)]

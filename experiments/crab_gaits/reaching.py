@@ -8,12 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.experiments.crab_gaits.cases import CASES
 from seals.experiments.crab_gaits.walks import standing
 from seals.experiments.trials import Outcome, run_trials, summary
 from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 TASKS = {
     "crab": ("experiment=crab_reach", 0.40, "guide.speed=0.2", 8.0),
@@ -63,7 +62,7 @@ def reach(name: str, out: Path, *, seeds: int, more: Sequence[str] = (), case: s
 
 def _reached(words: Sequence[str]) -> Outcome:
     """Walk to one target: done when the guide says so before the time is over."""
-    settings = build_run(compose(list(words)))
+    settings = run_settings(list(words))
     world = build_world(settings)
     try:
         actor = world.actors[ROBOT]

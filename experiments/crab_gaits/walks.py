@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.world import Actor
 
@@ -79,7 +78,7 @@ def walked(
     """
     words = [*overrides, *(_drawn(seed, slope) if seed is not None else ())]
     words += [f"time.step={step}"] if step else []
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     world = build_world(settings)
     try:
         return _measured(world, settings, slope)

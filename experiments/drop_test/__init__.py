@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.experiments.fetching import vertical
 from seals.experiments.frames import View, draw_frames, write_sheet
@@ -15,7 +14,7 @@ from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 OVERRIDES = (
     "experiment=drop_test",
@@ -79,7 +78,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     out = folder_of(given, "drop_test_aam")
     words = [*(PARTICLES if given.water == "particles" else OVERRIDES), *FELT, *given.overrides]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     record = run_into(out, settings, overrides=words)
     bottom = settings.environment.tank_bottom or 0.0
     floor = pressed(record.log)

@@ -6,7 +6,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.experiments.command import CommandParser, show_table, whole
 from seals.experiments.five_seeds.episode_tables import OWN, gather, shipped
 from seals.experiments.five_seeds.outcome import table_of, write_curves
@@ -80,10 +80,7 @@ def _given(words: Sequence[str] | None) -> Namespace:
     parser.add_argument("--ship", default="", help="folder to copy the best policy to, when judged")
     parser.add_argument("more", nargs="*", help="further overrides, as course.steps=1000")
     given = parser.parse_intermixed_args(words)
-    if given.recipe not in RECIPES:
-        raise ConfigError(
-            f"there is no recipe '{given.recipe}'.\n{suggestion(given.recipe, RECIPES)}"
-        )
+    refuse_unlisted(given.recipe, RECIPES, f"there is no recipe '{given.recipe}'")
     return given
 
 

@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.motion import Inputs
 from seals.multibody.kinematics import Kinematics
 from seals.report.figures import lines
 from seals.report.pictures import write_picture
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.world import Actor
 
@@ -91,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line."""
     given = parser_of("flight_energy").parse_args(arguments)
     out = folder_of(given, "flight_energy")
-    balance = fly(build_run(compose([*OVERRIDES, *given.overrides])))
+    balance = fly(run_settings([*OVERRIDES, *given.overrides]))
     show_table(out, figure_table(balance.figures()))
     draw(out / "figure.png", balance)
     return 0

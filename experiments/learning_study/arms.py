@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 
 RATIO = 0.5
 """Updates per control step of all arms, pretraining counted in."""
@@ -102,8 +102,7 @@ def trainings(
         ('out/sac/0', True)
     """
     for name in arms:
-        if name not in ARMS:
-            raise ConfigError(f"there is no arm '{name}'.\n{suggestion(name, ARMS)}")
+        refuse_unlisted(name, ARMS, f"there is no arm '{name}'")
     most = max(seeds or ARMS[name].seeds for name in arms)
     return [
         _training(out, shown, name, seed, steps)

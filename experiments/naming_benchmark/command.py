@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.experiments.naming_benchmark import rivals
 from seals.experiments.naming_benchmark.answers import Question
 from seals.experiments.naming_benchmark.regions import found_regions
@@ -83,8 +83,7 @@ def _list(
         return list(known if default is None else default)
     words = [w.strip() for w in given[key].strip("[]").split(",") if w.strip()]
     for word in words:
-        if word not in known:
-            raise ConfigError(f"{key}: there is no '{word}'.\n{suggestion(word, known)}")
+        refuse_unlisted(word, known, f"{key}: there is no '{word}'")
     return words
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.experiments.command import folder_of, parser_of, show_table
 from seals.experiments.open_sea.measures import Measured as Measured
 from seals.experiments.open_sea.measures import measures as measures
@@ -15,7 +14,7 @@ from seals.experiments.open_sea.tow import POINTS, Tow
 from seals.experiments.open_sea.tow import towed as towed
 from seals.report.figures import Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 OVERRIDES = (
     "robot=ball",
@@ -38,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--radius", type=float, default=0.15, help="of the ball [m]")
     given = parser.parse_args(arguments)
     out = folder_of(given, "open_sea")
-    settings = build_run(compose([*OVERRIDES, *given.overrides]))
+    settings = run_settings([*OVERRIDES, *given.overrides])
     out.mkdir(parents=True, exist_ok=True)
     tows = {
         name: towed(settings, way=given.way, speed=given.speed, radius=radius)

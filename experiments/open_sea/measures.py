@@ -46,7 +46,13 @@ def measures(alone: Tow, ball: Tow) -> Measured:
         "boundary samples": (float(ball.samples), NONE),
     }
     for name, tow in (("alone", alone), ("ball", ball)):
-        found |= _water(name, tow)
+        found |= {
+            f"{name}: particles at the start": (float(tow.particles[0]), NONE),
+            f"{name}: fewest": (float(tow.particles.min()), NONE),
+            f"{name}: most": (float(tow.particles.max()), NONE),
+            f"{name}: came": (tow.come, NONE),
+            f"{name}: went": (tow.gone, NONE),
+        }
     found |= _surface(alone) | _cost("alone", alone) | _cost("ball", ball) | _forces(ball)
     gap = max(float(alone.gap.max()), float(ball.gap.max()))
     return Measured({**found, "largest gap of the momentum books [1]": (gap, 1e-4)})
@@ -54,16 +60,6 @@ def measures(alone: Tow, ball: Tow) -> Measured:
 
 def _late(tow: Tow) -> Any:
     return tow.time > SETTLED * START
-
-
-def _water(name: str, tow: Tow) -> dict[str, tuple[float, float]]:
-    return {
-        f"{name}: particles at the start": (float(tow.particles[0]), NONE),
-        f"{name}: fewest": (float(tow.particles.min()), NONE),
-        f"{name}: most": (float(tow.particles.max()), NONE),
-        f"{name}: came": (tow.come, NONE),
-        f"{name}: went": (tow.gone, NONE),
-    }
 
 
 def _surface(tow: Tow) -> dict[str, tuple[float, float]]:

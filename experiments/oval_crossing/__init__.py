@@ -8,13 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import markdown, show_table
 from seals.experiments.flights import AXES, deviations, flown, forces, options
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Record
 
 WITHIN = 0.05
@@ -56,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the experiment from the command line; 0 when all bounds are kept."""
     out, overrides = options("oval_crossing", arguments)
     records = flown(out, "oval_crossing", {n: [*w, *overrides] for n, w in CASES.items()})
-    guide = build_run(compose(["experiment=oval_crossing", *overrides])).guide
+    guide = run_settings(["experiment=oval_crossing", *overrides]).guide
     found = {name: score(record.log, guide) for name, record in records.items()}
     show_table(out, _table(found))
     write_picture(out / "figure.png", _figures(records, guide))

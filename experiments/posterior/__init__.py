@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.experiments.command import CommandParser, show_table, whole
 from seals.experiments.learning_study.arms import MOST_SEEDS, Training
 from seals.experiments.learning_study.running import VerbFailed, add_processes, run_all, run_verb
@@ -48,8 +48,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("more", nargs="*", help="further overrides of a training")
     given = parser.parse_intermixed_args(words)
     for value, known in ((given.task, TASKS), (given.stage, STAGES)):
-        if value not in known:
-            raise ConfigError(f"there is no '{value}'.\n{suggestion(value, known)}")
+        refuse_unlisted(value, known, f"there is no '{value}'")
     out = given.out or Path("runs/posterior") / given.task
     task, answers = TASKS[given.task], given.answers or shipped(given.task)
     if given.stage == "fly":

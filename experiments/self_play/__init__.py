@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.experiments.command import CommandParser, checked_folder, whole
 from seals.experiments.self_play.elo import (
     FULL_WORLD,
@@ -50,8 +50,7 @@ def main(words: Sequence[str] | None = None) -> int:
         kind = whole(least, MOST)
         parser.add_argument(f"--{name}", type=kind, default=usual, help=what)
     given = parser.parse_args(words)
-    if given.stage not in STAGES:
-        raise ConfigError(f"there is no '{given.stage}'.\n{suggestion(given.stage, STAGES)}")
+    refuse_unlisted(given.stage, STAGES, f"there is no '{given.stage}'")
     if given.steps % COUNT:
         raise ConfigError(
             f"--steps={given.steps} is not allowed.\n"

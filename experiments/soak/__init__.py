@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.experiments.soak.flight import OVERRIDES
 from seals.experiments.soak.running import soaked
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 MILLION = 1_000_000
 GROWTH = 0.02
@@ -33,11 +31,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if given.steps < 1:
         raise ConfigError(f"--steps {given.steps} is not allowed.\nAllowed: one step or more.")
     out = folder_of(given, "soak")
-    settings = build_run(compose([*OVERRIDES, *given.overrides]))
+    settings = run_settings([*OVERRIDES, *given.overrides])
     rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
     show_table(out, _table(found))
-    _draw(out / "figure.png", rows)
+    # draw height, gap of the energy balance and memory over the steps
+    steps = np.array([row["step"] for row in rows])
+    gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])
+    shown = (
+        ("Height of the robot, at every row", "height [m]", [row["height_m"] for row in rows], ()),
+        ("Gap of the energy books, by the energy moved", "gap [%]", gap, (100 * GAP, -100 * GAP)),
+        ("Memory in use", "resident [MB]", [row["rss_MB"] for row in rows], ()),
+    )
+    charts = [
+        Chart(
+            title=title,
+            y_label=label,
+            x_label="steps",
+            series=(Series(name=label.partition(" [")[0], x=steps, y=np.asarray(values)),),
+            marks=tuple(Mark(at=at, label=f"bound {at:g} %", level=True) for at in bounds),
+        )
+        for title, label, values, bounds in shown
+    ]
+    write_picture(out / "figure.png", charts)
     return 0 if kept(found) else 1
 
 
@@ -82,25 +98,3 @@ def _table(found: dict[str, float]) -> str:
     }
     rows = [(name, f"{value:.6g}", bounds.get(name, "")) for name, value in found.items()]
     return markdown(("figure", "value", "bound"), rows)
-
-
-def _draw(path: Path, rows: Sequence[dict[str, float]]) -> None:
-    """Draw height, gap of the energy balance and memory over the steps."""
-    steps = np.array([row["step"] for row in rows])
-    gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])
-    shown = (
-        ("Height of the robot, at every row", "height [m]", [row["height_m"] for row in rows], ()),
-        ("Gap of the energy books, by the energy moved", "gap [%]", gap, (100 * GAP, -100 * GAP)),
-        ("Memory in use", "resident [MB]", [row["rss_MB"] for row in rows], ()),
-    )
-    charts = [
-        Chart(
-            title=title,
-            y_label=label,
-            x_label="steps",
-            series=(Series(name=label.partition(" [")[0], x=steps, y=np.asarray(values)),),
-            marks=tuple(Mark(at=at, label=f"bound {at:g} %", level=True) for at in bounds),
-        )
-        for title, label, values, bounds in shown
-    ]
-    write_picture(path, charts)

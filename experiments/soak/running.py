@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from seals.errors import ConfigError
+from seals.experiments import trials
 from seals.experiments.soak.energy import Books
 from seals.experiments.soak.flight import LENGTH, Wish, tell
 from seals.run import build_world
@@ -153,10 +154,7 @@ class _Soak:
 
 def read_rows(path: Path) -> list[dict[str, float]]:
     """Return the rows of a table; none when it does not exist."""
-    if not path.is_file():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+    return [{key: float(value) for key, value in row.items()} for row in trials.read_rows(path)]
 
 
 def _tell_progress(row: dict[str, float], steps: int, begun: int) -> None:

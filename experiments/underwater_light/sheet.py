@@ -71,23 +71,19 @@ def _surfaces(surface: Surface) -> list[Pixels]:
     return [_picture(eye, "oceanic_1b", surface, floor) for eye, floor in eyes]
 
 
-def _joined(rows: list[list[Pixels]]) -> NDArray[np.uint8]:
-    """Return pictures side by side with white gaps, as whole numbers."""
-    gap = 4
-    padded = [
-        [np.pad(to_bytes(p), ((0, gap), (0, gap), (0, 0)), constant_values=255) for p in row]
-        for row in rows
-    ]
-    whole = np.concatenate([np.concatenate(row, axis=1) for row in padded])
-    return whole[:-gap, :-gap]
-
-
 def draw(path: Path) -> None:
     """Write the contact sheet; its ending says whether as PNG, WebP or JPEG."""
     from PIL import Image
 
     surface = sea()
-    sheet = _joined([*depths(surface), _surfaces(surface)])
+    # pictures side by side with white gaps, as whole numbers
+    gap = 4
+    padded = [
+        [np.pad(to_bytes(p), ((0, gap), (0, gap), (0, 0)), constant_values=255) for p in row]
+        for row in [*depths(surface), _surfaces(surface)]
+    ]
+    whole = np.concatenate([np.concatenate(row, axis=1) for row in padded])
+    sheet = whole[:-gap, :-gap]
     Image.fromarray(sheet).save(path, quality=82)
 
 

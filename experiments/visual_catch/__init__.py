@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.experiments.command import (
     CommandParser,
     checked_file,
@@ -42,8 +42,7 @@ def main(words: Sequence[str] | None = None) -> int:
     """
     parser = _parser()
     given = parser.parse_intermixed_args(words)
-    if given.step not in STEPS:
-        raise ConfigError(f"there is no step '{given.step}'.\n{suggestion(given.step, STEPS)}")
+    refuse_unlisted(given.step, STEPS, f"there is no step '{given.step}'")
     used = USED[given.step]
     for name, value in vars(given).items():
         if name not in ("step", "out", *used) and value != parser.get_default(name):

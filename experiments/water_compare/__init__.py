@@ -9,14 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import folder_of, markdown, parser_of, show_table
 from seals.experiments.drop_test import held
 from seals.logs import Log
 from seals.report.figures import Mark, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Record
 
 SCENARIO = (
@@ -101,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(folder: Path, water: str, overrides: Sequence[str]) -> Record:
     own = [w for w in overrides if water == "particles" or not w.lstrip("+").startswith("fluid.")]
     words = [*SCENARIO, *WATERS[water], f"name=water_{water}", *own]
-    return run_into(folder, build_run(compose(words)), overrides=words)
+    return run_into(folder, run_settings(words), overrides=words)
 
 
 def _felt(log: Log) -> Floats:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.water_drag_loop.textbook import (
     ADDED,
     DENSITY,
@@ -23,7 +22,7 @@ from seals.experiments.water_drag_loop.textbook import (
 )
 from seals.frames import matrix_of
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.progress import progress
 from seals.world import World
 
@@ -84,7 +83,10 @@ def towed_in_particles(
     """
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        _write(place)
+        text = URDF.format(mass=MASS, moment=MOMENT, radius=RADIUS)
+        (place / "sphere.urdf").write_text(text, encoding="utf-8")
+        text = ROBOT.format(radius=RADIUS, lag=LAG)
+        (place / "robot.yaml").write_text(text, encoding="utf-8")
         length, width, depth = tank.size
         words = [
             f"robot={folder}",
@@ -98,19 +100,11 @@ def towed_in_particles(
             f"fluid.size=[{length},{width},{depth}]",
             *more,
         ]
-        world = build_world(build_run(compose(words)))
+        world = build_world(run_settings(words))
     try:
         return _followed(world, steps, until, label)
     finally:
         world.close()
-
-
-def _write(folder: Path) -> None:
-    """A robot folder for the sphere."""
-    text = URDF.format(mass=MASS, moment=MOMENT, radius=RADIUS)
-    (folder / "sphere.urdf").write_text(text, encoding="utf-8")
-    text = ROBOT.format(radius=RADIUS, lag=LAG)
-    (folder / "robot.yaml").write_text(text, encoding="utf-8")
 
 
 def _followed(world: World, steps: Steps, until: float, label: str) -> Course:

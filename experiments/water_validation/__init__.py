@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, refuse_unlisted
 from seals.experiments.command import CommandParser, checked_folder
 from seals.experiments.water_validation import (
     archimedes,
@@ -82,10 +82,7 @@ def _chosen(names: Sequence[str], *, full: bool) -> list[Case]:
     """
     known = {case.name: case for case in CASES}
     for name in names:
-        if name not in known:
-            raise ConfigError(
-                f"there is no case '{name}'.\n{suggestion(name, known, label='Cases')}"
-            )
+        refuse_unlisted(name, known, f"there is no case '{name}'", label="Cases")
     if names:
         return [known[name] for name in names]
     return [case for case in CASES if full or case.quick]

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.world import World
 
 _URDF = """<?xml version="1.0"?>
@@ -115,7 +114,7 @@ def drift(
             f"fluid.settle={SETTLE}",
             *more,
         ]
-        world = build_world(build_run(compose(words)))
+        world = build_world(run_settings(words))
         return _followed(world, round(until / step))
 
 

@@ -9,13 +9,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.experiments.water_validation import axisymmetric
-from seals.experiments.water_validation.box import solver_of
+from seals.experiments.water_validation.box import filled_box
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
 from seals.experiments.water_validation.entry import CONE, CONE_DRAG
-from seals.plugins.fluids.coupling.bodies import add_samples
-from seals.plugins.fluids.sampling import Thin, box_walls, sample_pieces
-from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.report.figures import Chart, Series
 from seals.robot.pieces import Piece
@@ -189,7 +185,15 @@ def slam(
     """
     spacing = 2.0 * RADIUS / across
     body, low = _body(nose)
-    water, size = _tank(spacing, grade, body)
+    size = np.round(np.array([TANK[0], TANK[0], TANK[1]]) * RADIUS / spacing) * spacing
+    water = filled_box(
+        size,
+        spacing,
+        grade=grade,
+        physics=PbfSettings(gravity=0.0, sound_speed=MACH * SPEED),
+        body=body,
+        above=6.0 * RADIUS,
+    )
     middle = np.array([0.5 * size[0], 0.5 * size[1], size[2] + low])
     # off the lattice's planes of symmetry, and touching it
     middle += spacing * np.array([0.25, 0.25, 0.02])
@@ -226,33 +230,6 @@ def _body(nose: str) -> tuple[list[Piece], float]:
     mesh = trimesh.creation.revolve(np.array(outline))
     corners, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     return [Piece("mesh", (), np.zeros(3), np.eye(3), vertices=corners, faces=faces)], low
-
-
-def _tank(spacing: float, grade: Grade, body: list[Piece]) -> tuple[DeviceSolver, Floats]:
-    """Box full of water with one body; its size [m]."""
-    counts = np.round(np.array([TANK[0], TANK[0], TANK[1]]) * RADIUS / spacing).astype(int)
-    size = counts * spacing
-    axes = [spacing * (np.arange(n) + 0.5) for n in counts]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
-    face = sample_pieces(body, spacing, thin=Thin.volume)
-    walls = box_walls(np.zeros(3), size, spacing)
-    margin = 3.0 * spacing
-    water = solver_of(
-        Domain(
-            spacing=spacing,
-            lower=np.full(3, -margin),
-            upper=size + margin + np.array([0.0, 0.0, 6.0 * RADIUS]),
-            capacity=len(places),
-            boundary_capacity=len(walls.points) + len(face.points),
-            bodies=1,
-        ),
-        grade=grade,
-        physics=PbfSettings(gravity=0.0, sound_speed=MACH * SPEED),
-    )
-    water.add_boundary(body=0, points=walls.points)
-    add_samples(water, 1, face)
-    water.add_particles(places, trusted=True)
-    return water, size
 
 
 def run(grade: Grade) -> Outcome:

@@ -7,13 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.experiments.water_validation.box import solver_of
+from seals.experiments.water_validation.box import filled_box
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
-from seals.plugins.fluids.coupling.bodies import add_samples, clear_of
-from seals.plugins.fluids.sampling import ALL, Thin, box_walls, sample_pieces
-from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.sampling import ALL, sample_pieces
 from seals.plugins.fluids.solvers.device_settings import DeviceSettings
-from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.report.figures import Chart, Series
 from seals.robot.pieces import Piece
 
@@ -60,8 +57,18 @@ def tow(speed: float, across: float, grade: Grade, physics: DeviceSettings | Non
         physics: options of the solver; as it comes for None.
     """
     spacing = DIAMETER / across
-    water, size = _tank(spacing, grade, physics)
+    size = np.round(np.array(TANK) * DIAMETER / spacing) * spacing
     middle = np.array([START * DIAMETER, 0.5 * size[1], 0.5 * size[2]])
+    sphere = [Piece("sphere", (0.5 * DIAMETER,), np.zeros(3), np.eye(3))]
+    water = filled_box(
+        size,
+        spacing,
+        grade=grade,
+        physics=physics,
+        body=sphere,
+        without=sample_pieces(sphere, spacing, layers=ALL).placed(middle, np.eye(3)),
+        above=DIAMETER,
+    )
     rise, rows = 2.0 * DIAMETER / speed, []
     force, area = 0.5 * DENSITY * speed**2, 0.25 * np.pi * DIAMETER**2
     time = -REST
@@ -86,39 +93,6 @@ def tow(speed: float, across: float, grade: Grade, physics: DeviceSettings | Non
     count = water.count
     water.close()
     return Tow(place, drags, count, spacing)
-
-
-def _tank(
-    spacing: float, grade: Grade, physics: DeviceSettings | None
-) -> tuple[DeviceSolver, Floats]:
-    """Tank full of water around the sphere; its size [m]."""
-    counts = np.round(np.array(TANK) * DIAMETER / spacing).astype(int)
-    size = counts * spacing
-    axes = [spacing * (np.arange(n) + 0.5) for n in counts]
-    places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
-    middle = np.array([START * DIAMETER, 0.5 * size[1], 0.5 * size[2]])
-    sphere = [Piece("sphere", (0.5 * DIAMETER,), np.zeros(3), np.eye(3))]
-    face = sample_pieces(sphere, spacing, thin=Thin.volume)
-    whole = sample_pieces(sphere, spacing, layers=ALL)
-    places = clear_of(places, whole.placed(middle, np.eye(3)), spacing)
-    walls = box_walls(np.zeros(3), size, spacing)
-    margin = np.array([3.0, 3.0, 3.0]) * spacing
-    water = solver_of(
-        Domain(
-            spacing=spacing,
-            lower=-margin,
-            upper=size + margin + np.array([0.0, 0.0, DIAMETER]),
-            capacity=len(places),
-            boundary_capacity=len(walls.points) + len(face.points),
-            bodies=1,
-        ),
-        grade=grade,
-        physics=physics,
-    )
-    water.add_boundary(body=0, points=walls.points)
-    add_samples(water, 1, face)
-    water.add_particles(places, trusted=True)
-    return water, size
 
 
 def run(grade: Grade) -> Outcome:

@@ -7,14 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.experiments.command import figure_table, folder_of, parser_of, show_table
 from seals.experiments.drop_test import held
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, lines
 from seals.report.pictures import write_picture
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 OVERRIDES = (
     "robot=aam",
@@ -52,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     charts: list[Chart] = []
     for phase, start in PHASES.items():
         words = [*OVERRIDES, f"fluid.maker.start={start}", *given.overrides]
-        record = run_into(out / phase, build_run(compose(words)), overrides=words)
+        record = run_into(out / phase, run_settings(words), overrides=words)
         found = _measures(record.log, record.fluid)
         table |= {f"{phase}: {name}": value for name, value in found.items()}
         # charts of what the inertial sensor felt, and of surface and robot

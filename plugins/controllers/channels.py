@@ -229,8 +229,7 @@ def _spread(key: str, values: Sequence[Any] | Floats, count: int) -> Floats:
             f"controller.{key} has {given.size} entries, the robot has {count} outputs.\n"
             "Allowed: one an output (the drives, then the joints), or one for all"
         )
-    full: Floats = np.array(np.broadcast_to(given, (count,)))
-    return full
+    return np.array(np.broadcast_to(given, (count,)))
 
 
 def _steady_wind(plant: Plant) -> Floats:

@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Reading
 from seals.schema import param
@@ -65,9 +72,8 @@ class AccelerometerBias(Effect):
         """Return the candidate: a bias on each of three axes."""
         if "specific_force" not in subject.sigma:
             return []
-        parameters = along_axes("bias", subject.spread(name), 0.3)
-        order = (Stage.sensors, 0, 0)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        sizes = subject.spread(name), 0.3
+        return addition_along_axes(cls, name, "bias", sizes, (Stage.sensors, 0, 0))
 
     @staticmethod
     def measure(reading: Reading, params: Parameters) -> Reading:

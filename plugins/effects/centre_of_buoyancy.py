@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.frames import cross
 from seals.motion import Inputs, Medium, Motion, Wrench
@@ -67,9 +74,8 @@ class CentreOfBuoyancy(Effect):
         """Return the candidate: a shift of the hull's centre of buoyancy."""
         if not subject.has_water:
             return []
-        parameters = along_axes("offset", subject.spread(name), 0.01)
-        order = (Stage.water, 0, 1)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        sizes = subject.spread(name), 0.01
+        return addition_along_axes(cls, name, "offset", sizes, (Stage.water, 0, 1))
 
     @staticmethod
     def loads(

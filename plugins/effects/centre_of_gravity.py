@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array, namespace
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, Parameters
 from seals.effects.rigid import skew
 from seals.motion import Body
@@ -72,9 +79,8 @@ class CentreOfGravity(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidate: a shift of the base's centre of gravity."""
-        parameters = along_axes("offset", subject.spread(name), 0.01)
-        order = (Stage.body, 0, 2)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        sizes = subject.spread(name), 0.01
+        return addition_along_axes(cls, name, "offset", sizes, (Stage.body, 0, 2))
 
     @staticmethod
     def inertia_change(body: Body, params: Parameters) -> Array:

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, Parameters
 from seals.schema import param
 
@@ -63,9 +70,8 @@ class PoseMisalignment(Effect):
         """Return a parameter of every model where the data sheet states its tolerance."""
         if not subject.spread(name):
             return []
-        parameters = along_axes("rotation", subject.spread(name), 0.05)
-        order = (Stage.sensors, 0, 9)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order, named=())]
+        sizes = subject.spread(name), 0.05
+        return addition_along_axes(cls, name, "rotation", sizes, (Stage.sensors, 0, 9), named=())
 
     @staticmethod
     def pose_turn(params: Parameters) -> Array:

@@ -6,7 +6,14 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from seals.arrays import Array
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, Parameters
 from seals.field_roles import roles
 from seals.frames import exponential, matrix_of, unrotate
@@ -69,9 +76,8 @@ class SensorMisalignment(Effect):
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
         """Return the candidate: a rotation about three axes."""
-        parameters = along_axes("rotation", subject.spread(name), 0.05)
-        order = (Stage.sensors, 0, 3)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        sizes = subject.spread(name), 0.05
+        return addition_along_axes(cls, name, "rotation", sizes, (Stage.sensors, 0, 3))
 
     @staticmethod
     def axis_misalignment(params: Parameters) -> Array:

@@ -6,7 +6,14 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 from seals.arrays import Array
-from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
+from seals.effects import (
+    Addition,
+    Comparison,
+    Identification,
+    Stage,
+    Subject,
+    addition_along_axes,
+)
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.field_roles import roles
 from seals.motion import Inputs, Medium, Motion
@@ -73,8 +80,7 @@ class Wind(Effect):
         if MediumKind.air not in subject.media:
             return []
         order = (Stage.flow, subject.media.index(MediumKind.air), 3)
-        parameters = along_axes("velocity", 0.0, 2.0)
-        return [Addition(instance=name, effect=cls(), parameters=parameters, order=order)]
+        return addition_along_axes(cls, name, "velocity", (0.0, 2.0), order)
 
     def ambient(self) -> Effect | None:
         """Return the effect for every link of another robot or object in the scene."""

@@ -116,7 +116,6 @@ class ParticleSolver(Protocol):
     @property
     def boundary_count(self) -> int:
         """Number of boundary samples."""
-        ...
 
     def add_particles(
         self, positions: Floats, velocities: Floats | None = None, *, trusted: bool = False
@@ -128,29 +127,23 @@ class ParticleSolver(Protocol):
         Raises:
             PhysicsError: more than the capacity, not finite, outside of the domain, or overlapping.
         """
-        ...
 
     def remove_particles(self, chosen: NDArray[np.bool_]) -> int:
         """Remove the particles marked in ``chosen`` (n,); return their number."""
-        ...
 
     def set_particles(
         self, *, positions: Floats | None = None, velocities: Floats | None = None
     ) -> None:
         """Overwrite positions [m] and/or velocities [m/s] of all particles, shape (n, 3)."""
-        ...
 
     def positions(self) -> Floats:
         """Positions [m], shape (n, 3)."""
-        ...
 
     def velocities(self) -> Floats:
         """Velocities [m/s], shape (n, 3)."""
-        ...
 
     def shift_domain(self, spacings: NDArray[np.int64]) -> None:
         """Move the domain by whole spacings (3,); particles and boundary stay in the world."""
-        ...
 
     def add_boundary(
         self,
@@ -177,11 +170,9 @@ class ParticleSolver(Protocol):
         Raises:
             PhysicsError: unknown body, not finite, or more samples than the boundary capacity.
         """
-        ...
 
     def move_boundary(self, *, body: int, points: Floats) -> None:
         """Move the samples of a body to ``points`` [m], shape (b, 3); weights are kept."""
-        ...
 
     def place_bodies(
         self,
@@ -205,14 +196,12 @@ class ParticleSolver(Protocol):
         Raises:
             PhysicsError: a value is not finite, or there are not K of them.
         """
-        ...
 
     def substeps(self, step: float) -> int:
         """Return the number of substeps that ``step`` [s] requires for stability.
 
         Users may set another number, which `advance` then gets.
         """
-        ...
 
     def advance(self, step: float, *, substeps: int) -> Exchange:
         """Advance by ``step`` [s] in equal substeps; bodies move along within it.
@@ -224,19 +213,15 @@ class ParticleSolver(Protocol):
         Raises:
             PhysicsError: a result is not finite, or particles left a domain without outflow.
         """
-        ...
 
     def momentum(self) -> Floats:
         """Momentum of the fluid [N s], shape (3,)."""
-        ...
 
     def kinetic_energy(self) -> float:
         """Kinetic energy of the fluid [J]."""
-        ...
 
     def snapshot(self) -> Snapshot:
         """Return the complete state."""
-        ...
 
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot of this solver.
@@ -247,11 +232,9 @@ class ParticleSolver(Protocol):
         Raises:
             ValueError: the snapshot cannot be one of this solver, such as a count over capacity.
         """
-        ...
 
     def close(self) -> None:
         """Free memory and devices."""
-        ...
 
 
 class SolverSettings(Protocol):
@@ -283,4 +266,3 @@ class SolverSettings(Protocol):
             device: ``cpu`` or ``cuda``.
             threads: on the CPU; 0 for all that this process may use.
         """
-        ...

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn import networks
 from seals.learn.actor_critic import ActorCriticNetworks
@@ -20,7 +19,7 @@ from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
 from seals.learn.seeding import first_weights, generator_of
 from seals.learn.stateful import Stateful
 from seals.learn.tanh_normal import TanhNormal
-from seals.schema import count, setting
+from seals.schema import check_order, count, setting
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -121,11 +120,7 @@ class SAC:
 
     def __post_init__(self) -> None:
         """Refuse unknown words, and more critics drawn than there are."""
-        if self.subset > self.critics:
-            raise ConfigError(
-                f"learner.subset={self.subset} is more than learner.critics={self.critics}.\n"
-                f"Allowed: from 0 to {self.critics}."
-            )
+        check_order(self, "subset", "critics", where="learner", equal=True)
         one_of("reward_form", self.reward_form, FORMS)
         one_of("demonstrations", self.demonstrations, SHOWN)
 

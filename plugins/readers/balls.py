@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.errors import LogError
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.arrays import refuse_hollow
 from seals.logs.datasets import Dataset, locate, paths_of, read_dataset
 from seals.logs.log import Log
@@ -77,10 +77,13 @@ class ReaderBalls(ReaderPublished):
     ) -> Log:
         names = [str(cell).strip() for cell in rows[0]] if rows else []
         for name in _HEADER:
-            if name not in names:
-                raise LogError(
-                    f"{where} has no column '{name}'.\nColumns there: {', '.join(names)}"
-                )
+            refuse_unlisted(
+                name,
+                names,
+                f"{where} has no column '{name}'",
+                label="Columns there",
+                error=LogError,
+            )
         try:
             picked = [[float(row[names.index(name)]) for name in _HEADER] for row in rows[1:]]
         except (TypeError, ValueError) as error:

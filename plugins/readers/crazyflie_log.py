@@ -76,7 +76,10 @@ def parse(
     version = cursor.number("H")
     if version not in _STAMPS:
         raise LogError(f"'{where}' has format version {version}.\nAllowed: 1, 2")
-    events = _header(cursor)
+    count = cursor.number("H")
+    if not 0 < count <= _MOST_EVENTS:
+        raise LogError(f"'{cursor.where}' declares {count} events.\nAllowed: 1 to {_MOST_EVENTS}")
+    events = dict(_event(cursor) for _ in range(count))
     # the writer closes the file with a CRC-32 of all that went before
     sound = struct.unpack("<I", content[-4:])[0] == zlib.crc32(content[:-_CHECKSUM_BYTES])
     if not sound and not allow_truncated:
@@ -93,13 +96,6 @@ def parse(
         for key, event in events.items()
         if rows[key]
     }
-
-
-def _header(cursor: _Cursor) -> dict[int, _Event]:
-    count = cursor.number("H")
-    if not 0 < count <= _MOST_EVENTS:
-        raise LogError(f"'{cursor.where}' declares {count} events.\nAllowed: 1 to {_MOST_EVENTS}")
-    return dict(_event(cursor) for _ in range(count))
 
 
 def _event(cursor: _Cursor) -> tuple[int, _Event]:

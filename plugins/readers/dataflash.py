@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.plugins.readers.ardupilot import motor_pulses
@@ -163,8 +163,7 @@ def _vehicle(found: dict[str, Messages]) -> str:
 
 
 def _column(messages: Messages, name: str, topic: str) -> Floats:
-    if name not in messages.letters:
-        raise LogError(f"'{topic}' has no field '{name}'.\n" + suggestion(name, messages.letters))
+    refuse_unlisted(name, messages.letters, f"'{topic}' has no field '{name}'", error=LogError)
     values = messages.column(name)
     if values.dtype.kind != "f" or values.ndim != 1:
         raise LogError(f"'{topic}/{name}' holds text or lists; a number is needed.")

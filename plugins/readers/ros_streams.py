@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.errors import LogError
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.column_map import ColumnMap
 from seals.logs.merge import Stream
 from seals.plugins.readers.ros_messages import KNOWN, channels, decodable, decode, number
@@ -45,8 +45,7 @@ class Choice:
     clock: str
 
     def __post_init__(self) -> None:
-        if self.clock not in CLOCKS:
-            raise LogError(f"clock={self.clock!r} is not allowed.\nAllowed: {', '.join(CLOCKS)}")
+        refuse_unlisted(self.clock, CLOCKS, f"clock={self.clock!r} is not allowed", error=LogError)
 
     def wants(self, topic: str, kind: str, encoding: str) -> bool:
         """Return whether messages of a topic are to be decoded."""

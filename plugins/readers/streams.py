@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.field_roles import roles
 from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
@@ -48,10 +48,9 @@ def refuse_unknown(wanted: Iterable[str], present: Collection[str], *, where: st
         LogError: one is absent.
     """
     for name in wanted:
-        if name not in present:
-            raise LogError(
-                f"'{where}' has no topic '{name}'.\n" + suggestion(name, present, label="Topics")
-            )
+        refuse_unlisted(
+            name, present, f"'{where}' has no topic '{name}'", label="Topics", error=LogError
+        )
 
 
 def vector(stem: str, values: Floats) -> dict[str, Floats]:

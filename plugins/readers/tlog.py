@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted, suggestion
 from seals.field_roles import roles
 from seals.logs.log import Log
 from seals.logs.merge import Stream
@@ -80,8 +80,7 @@ class ReaderTlog(ReaderTopics):
     system: int = 0
 
     def __post_init__(self) -> None:
-        if self.clock not in CLOCKS:
-            raise LogError(f"clock={self.clock!r} is not allowed.\nAllowed: {', '.join(CLOCKS)}")
+        refuse_unlisted(self.clock, CLOCKS, f"clock={self.clock!r} is not allowed", error=LogError)
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the log of one vehicle.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.log import Log
 from seals.logs.merge import Stream
 from seals.plugins.readers.ned import enu, flu, flu_in_enu, in_body, orientation
@@ -84,8 +84,7 @@ def _stamps(samples: Samples) -> NDArray[np.int64]:
 
 def _column(samples: Samples, name: str, topic: str) -> Floats:
     names = samples.dtype.names or ()
-    if name not in names:
-        raise LogError(f"'{topic}' has no field '{name}'.\n" + suggestion(name, names))
+    refuse_unlisted(name, names, f"'{topic}' has no field '{name}'", error=LogError)
     return samples[name].astype(np.float64)
 
 

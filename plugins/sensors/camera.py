@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.field_roles import roles
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
@@ -86,10 +86,7 @@ class SensorCamera(MountedSensor):
     def __post_init__(self) -> None:
         """Refuse unknown kinds of images, and check the lens."""
         for name in self.what:
-            if name not in WHAT:
-                raise ConfigError(
-                    f"a camera does not give '{name}'.\n{suggestion(name, WHAT, label='Images')}"
-                )
+            refuse_unlisted(name, WHAT, f"a camera does not give '{name}'", label="Images")
         if not self.what:
             raise ConfigError(f"a camera gives no images: what=[].\n{suggestion('', WHAT)}")
         self.mount = Mount("camera", self.position, self.rpy)

@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.frames import cross3
-from seals.schema import param, setting
+from seals.schema import check_order, param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -96,11 +96,9 @@ class SensorDvl(Instrument):
     def __post_init__(self) -> None:
         """Turn angles into beams."""
         super().__post_init__()
-        if not self.nearest < self.farthest or len(self.bias) != 3:
-            raise ConfigError(
-                f"dvl: nearest={self.nearest}, farthest={self.farthest}, bias={self.bias}.\n"
-                "Allowed: nearest below farthest, and three numbers as bias."
-            )
+        check_order(self, "nearest", "farthest", where="dvl")
+        if len(self.bias) != 3:
+            raise ConfigError(f"dvl: bias={self.bias}.\nAllowed: three numbers.")
         a, c = self.beam_angle, self.azimuth + 0.5 * math.pi * np.arange(BEAMS)
         flat = math.sin(a)
         self._beams: Floats = np.stack(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
@@ -71,11 +71,9 @@ class SensorEncoders(Instrument):
             ConfigError: the robot has no such joint, or none.
         """
         for name in self.joints or [""] * (not outfit.joints):
-            if name not in outfit.joints:
-                raise ConfigError(
-                    f"encoders: the robot has no joint '{name}'.\n"
-                    f"{suggestion(name, list(outfit.joints), label='Joints')}"
-                )
+            refuse_unlisted(
+                name, outfit.joints, f"encoders: the robot has no joint '{name}'", label="Joints"
+            )
         self._columns = [outfit.joints.index(name) for name in self.joints or outfit.joints]
 
     def channels(self) -> dict[str, int]:

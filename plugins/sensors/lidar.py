@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.schema import check_tree, count, param
+from seals.schema import check_order, check_tree, count, param
 from seals.sensors.casting import cast
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
@@ -91,11 +91,7 @@ class SensorLidar(MountedSensor):
                 f"lidar: points={self.points} in rings={self.rings}, sectors={self.sectors}.\n"
                 f"Allowed: {MOST_RAYS:,} together, and as many sectors as points."
             )
-        if not self.nearest < self.farthest:
-            raise ConfigError(
-                f"lidar: nearest={self.nearest}, farthest={self.farthest}.\n"
-                "Allowed: nearest below farthest."
-            )
+        check_order(self, "nearest", "farthest", where="lidar")
         self.mount = Mount("lidar", self.position, self.rpy)
         self.unit = 0.001 if self.farthest <= 65.0 else 0.001 * math.ceil(self.farthest / 65.0)
         whole = self.sector > 2.0 * math.pi - 1e-3

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.mount import MountedSensor
@@ -76,10 +76,12 @@ class SensorLocator(MountedSensor):
         if not due:
             return None, memory
         noise = rng.standard_normal(3)
-        if self.target and self.target not in felt.others:
-            raise ConfigError(
-                f"a locator looks for '{self.target}', which is not in the scene.\n"
-                f"{suggestion(self.target, list(felt.others), label='Objects')}"
+        if self.target:
+            refuse_unlisted(
+                self.target,
+                felt.others,
+                f"a locator looks for '{self.target}', which is not in the scene",
+                label="Objects",
             )
         offset = np.zeros(3)
         if self.target:

@@ -11,9 +11,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.effect import MediumKind
-from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import param, setting
+from seals.schema import check_order, param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -81,11 +80,7 @@ class SensorRangeFinder(Instrument):
     def __post_init__(self) -> None:
         """Compute the directions of the rays."""
         super().__post_init__()
-        if not self.nearest < self.farthest:
-            raise ConfigError(
-                f"range_finder: nearest={self.nearest}, farthest={self.farthest}.\n"
-                "Allowed: nearest below farthest."
-            )
+        check_order(self, "nearest", "farthest", where="range_finder")
         self._rays = _cone(self.beam_width)
 
     def channels(self) -> dict[str, int]:

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import check_tree, count, param
+from seals.schema import check_order, check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import Hits, cast
 from seals.sensors.echoes import Echoes, scattered
@@ -153,11 +153,7 @@ class SensorSonar(MountedSensor):
     def __post_init__(self) -> None:
         """Check the numbers; lay out rays and patterns."""
         check_tree(self, where="sonar")
-        if not self.nearest < self.farthest:
-            raise ConfigError(
-                f"sonar: nearest={self.nearest}, farthest={self.farthest}.\n"
-                "Allowed: nearest below farthest."
-            )
+        check_order(self, "nearest", "farthest", where="sonar")
         if self.device not in _DEVICES or (self.multipath and self.device != "numpy"):
             allowed = "numpy" if self.multipath else ", ".join(_DEVICES)
             raise ConfigError(
@@ -265,8 +261,7 @@ class SensorSonar(MountedSensor):
             )
             for echoes in self._echoes(felt)
         )
-        found: Floats = (self._beams @ np.asarray(columns, dtype=np.float32)).astype(float)
-        return found
+        return (self._beams @ np.asarray(columns, dtype=np.float32)).astype(float)
 
     def _echoes(self, felt: SensorInput) -> list[Echoes]:
         """Echoes of all rays: direct ones, and those by way of the surface."""

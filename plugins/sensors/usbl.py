@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.field_roles import roles
 from seals.schema import param, vector
 from seals.sensors.acoustics import sound_speed
@@ -81,10 +81,12 @@ class SensorUsbl(Instrument):
         Raises:
             ConfigError: a target is named that is not in the scene.
         """
-        if self.target and self.target not in felt.others:
-            raise ConfigError(
-                f"an usbl asks for '{self.target}', which is not in the scene.\n"
-                f"{suggestion(self.target, list(felt.others), label='Objects')}"
+        if self.target:
+            refuse_unlisted(
+                self.target,
+                felt.others,
+                f"an usbl asks for '{self.target}', which is not in the scene",
+                label="Objects",
             )
         there = felt.others[self.target] if self.target else np.asarray(self.place, dtype=float)
         offset = there - felt.position

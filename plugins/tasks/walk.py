@@ -17,7 +17,7 @@ from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
 from seals.plugins.tasks.stepping import over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
-from seals.schema import setting, vector
+from seals.schema import check_order, setting, vector
 
 GRAVITY = 9.81
 """By which the cost of transport is counted [m/s^2]."""
@@ -113,15 +113,7 @@ class TaskWalk(Task):
     def __post_init__(self) -> None:
         """Refuse an empty start ring, a goal that is no position, and empty ranges."""
         self._names: tuple[str, ...] = ()
-        if self.nearest > self.farthest:
-            raise ConfigError(
-                f"task.nearest={self.nearest} is above task.farthest={self.farthest}.\n"
-                f"Allowed: up to {self.farthest} m."
-            )
-        if len(self.goal) != 2:
-            raise ConfigError(
-                f"task.goal={list(self.goal)} is not a position.\nAllowed: two numbers [x, y]."
-            )
+        check_order(self, "nearest", "farthest", where="task", equal=True)
         for name, pair in self.manner.items():
             numbers = isinstance(pair, list) and all(isinstance(v, int | float) for v in pair)
             if not numbers or len(pair) != 2 or pair[0] > pair[1]:

@@ -95,7 +95,17 @@ class BatchLoads:
         like: Array,
         values: Mapping[str, Any] | None = None,
     ) -> None:
-        _refuse(robot, effects)
+        # refuse what has no form in a batch of worlds
+        late = response_of(effects).delay
+        for wrong, what in (
+            (robot.tree.fixed_base, "a fixed base"),
+            (late > 0.0, f"commands that arrive {late:g} s late"),
+        ):
+            if wrong:
+                raise ConfigError(
+                    f"robot '{robot.name}' has {what}; batches of worlds with contacts have not.\n"
+                    "Use backend=mujoco, or backend=twin where nothing touches anything."
+                )
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)
         self._bodies = robot.bodies(like, batch)
@@ -210,17 +220,3 @@ def _add(whole: Array, rows: Any, part: Array) -> None:
     """Add rows of some links, each once, to those of all, in place."""
     place = slice(None) if rows is None else rows
     whole[place if isinstance(place, slice) else index_on(place, whole)] += part
-
-
-def _refuse(robot: RobotModel, effects: EffectSet) -> None:
-    """Refuse what has no form in a batch of worlds."""
-    late = response_of(effects).delay
-    for wrong, what in (
-        (robot.tree.fixed_base, "a fixed base"),
-        (late > 0.0, f"commands that arrive {late:g} s late"),
-    ):
-        if wrong:
-            raise ConfigError(
-                f"robot '{robot.name}' has {what}; batches of worlds with contacts have not.\n"
-                "Use backend=mujoco, or backend=twin where nothing touches anything."
-            )

@@ -92,7 +92,7 @@ class BatchDynamics:
             folded=True,
             sparing=True,
         )
-        change = nominal_change(self.effects, robot, like, batch)
+        change = _nominal_change(self.effects, robot, like, batch)
         if change is not None:
             bodies = _changed(bodies, robot, like, change)
         form = _form(robot)
@@ -273,7 +273,7 @@ def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:
     return FusedBody if robot.held and not robot.tree.fixed_base else TreeBody
 
 
-def nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: int) -> Array | None:
+def _nominal_change(effects: EffectSet, robot: RobotModel, like: Array, batch: int) -> Array | None:
     """Sum of all changes of rigid inertia, about the origins of the links.
 
     Returns:

@@ -60,7 +60,7 @@ def check_robot(
     found += [] if reach is None else look_at_reach(reach, FloatingBody(robot))
     found += [*look_at_joints(robot), *_look_at_limbs(robot)]
     found += look_at_servos(robot, actuators or {})
-    return [*found, *_look_at_mimics(settings), *look_at_meshes(settings)]
+    return [*found, *_look_at_mimics(settings), *_look_at_meshes(settings)]
 
 
 def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
@@ -257,7 +257,7 @@ TINY = 1e-4
 """Extent of a mesh below which it was probably scaled twice [m]."""
 
 
-def look_at_meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
+def _look_at_meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
     """Yield findings about large, oddly sized or open meshes."""
     fine = 0
     for name, scale in _scaled(settings.urdf_path):

@@ -12,6 +12,7 @@ from pathlib import Path
 from seals.cli.slips import refuse_cut, refuse_unknown_flags
 from seals.config.overrides import joined, override, value_of
 from seals.errors import ConfigError, close_names
+from seals.file_names import RECORDINGS
 
 _FILES: Mapping[str, tuple[str, ...]] = {
     "robot": ("robot.yaml",),
@@ -24,9 +25,8 @@ _FILES: Mapping[str, tuple[str, ...]] = {
     "folder": (".",),
 }
 """Files of which a folder has one, by the key that it is a value of."""
-_RECORDINGS = (".ulg", ".mcap", ".db3", ".csv", ".txt", ".gz", ".parquet")
 _ENDINGS: Mapping[str, tuple[str, ...]] = {
-    "log": _RECORDINGS,
+    "log": (*RECORDINGS, ".csv", ".txt", ".gz", ".parquet"),
     "script": (".yaml", ".yml", ".csv"),
     "experiment": (".yaml", ".yml"),
     "model": (".yaml", ".yml"),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from seals.effects.effect import Effect
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.schema import Parameter, parameters_of
 
 
@@ -52,18 +52,15 @@ def _resolve(key: str, effects: Mapping[str, Effect]) -> FitKey:
             f"fit: '{key}' is no parameter of an effect, and a comparison fits those alone.\n"
             "Masses, inertia, hulls, actuators: seals calibrate log=FOLDER parameters=[mass]"
         )
-    if name not in effects:
-        raise ConfigError(
-            f"fit: there is no effect '{name}' in '{key}'.\n{suggestion(name, effects)}"
-        )
+    refuse_unlisted(name, effects, f"fit: there is no effect '{name}' in '{key}'")
     known = {n: p for n, p in parameters_of(effects[name]).items() if p.fit}
     tied = rest.split("+")
     for parameter in tied:
-        if parameter not in known:
-            raise ConfigError(
-                f"fit: effect '{name}' has no parameter '{parameter}' that may be fitted.\n"
-                f"{suggestion(parameter, known)}"
-            )
+        refuse_unlisted(
+            parameter,
+            known,
+            f"fit: effect '{name}' has no parameter '{parameter}' that may be fitted",
+        )
     return FitKey(
         key=key,
         targets=tuple(f"{name}.{parameter}" for parameter in tied),

@@ -16,7 +16,7 @@ from seals.compare.settings import CompareSettings
 from seals.compare.solve import Solver
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.robot.model import RobotModel
 
 SINGLE = "model"
@@ -140,8 +140,5 @@ def _variant(
 
 def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict[str, Effect]:
     for effect in active:
-        if effect not in effects:
-            raise ConfigError(
-                f"ladder.{name}: there is no effect '{effect}'.\n{suggestion(effect, effects)}"
-            )
+        refuse_unlisted(effect, effects, f"ladder.{name}: there is no effect '{effect}'")
     return {n: e for n, e in effects.items() if n in active}

@@ -214,8 +214,7 @@ def robot_option(name: str) -> Container:
         **found.limbs,
         "summary": settings.summary,
     }
-    node: Container = OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
-    return node
+    return OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
 
 
 def controller_option(robot: str) -> Container:
@@ -240,8 +239,7 @@ def model_option(name: str) -> Container:
     path = find_overlay(name)
     if path is None:
         raise ConfigError(f"model '{name}' is no longer there.\nModels lie in the folder models/")
-    node: Container = OmegaConf.create(load_overlay(path))
-    return node
+    return OmegaConf.create(load_overlay(path))
 
 
 def _typed_node(schema: type) -> Container:

@@ -70,7 +70,7 @@ class Allocation:
         # moving the centre adds rows of force to rows of torque: where all of them are wanted, the
         # rank stays
         here = self.matrix(layout.position.mean(axis=0) if centre is None else centre)
-        self.full = has_rank(here)
+        self.full = _has_rank(here)
         # the search among bounds is decided by the last places of its numbers
         like = (
             np.zeros(1) if like is None else namespace(like).astype(like, namespace(like).float64)
@@ -231,11 +231,11 @@ def _least_norm(a: Array, wrench: Array, *, full: bool = True) -> Array:
     return xp.matmul(turned, found[:, :, None])[:, :, 0]
 
 
-def has_rank(a: Floats) -> bool:
+def _has_rank(a: Floats) -> bool:
     """Return whether the rows of A are independent.
 
     Example:
-        >>> has_rank(np.array([[1.0, 1.0], [2.0, 2.0]]))
+        >>> _has_rank(np.array([[1.0, 1.0], [2.0, 2.0]]))
         False
     """
     size = np.sqrt((a * a).sum(axis=1))

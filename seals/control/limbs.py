@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import Plant
 from seals.control.protocols import Reference
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.state_records import state_record
@@ -61,8 +61,7 @@ def _within(values: Floats, robot: RobotModel) -> Floats:
 
 
 def _part(kind: str, name: str, parts: Mapping[str, Any]) -> Any:
-    if name not in parts:
-        raise ConfigError(f"the robot has no {kind} '{name}'.\n{suggestion(name, parts)}")
+    refuse_unlisted(name, parts, f"the robot has no {kind} '{name}'")
     return parts[name]
 
 

@@ -177,7 +177,6 @@ class BatchController(Protocol):
 
     def start(self, batch: int) -> Any:
         """Return the initial controller state, arrays of B rows each."""
-        ...
 
     def command(self, situation: RobotState, aim: Reference, memory: Any) -> tuple[Array, Any]:
         """Return the commands of all drives, shape (B, n), and the new controller state.
@@ -189,7 +188,6 @@ class BatchController(Protocol):
                 the other numbers as well, targets of an arm of the shape (B, k).
             memory: of the last call.
         """
-        ...
 
 
 Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]], Any]
@@ -290,17 +288,14 @@ class Controller(Protocol):
         Raises:
             SealsError: this controller cannot command that robot.
         """
-        ...
 
     def start(self) -> Any:
         """Return the initial state at the start of a run."""
-        ...
 
     def command(
         self, situation: RobotState, aim: Reference, memory: Any
     ) -> tuple[ActuatorCommand, Any]:
         """Return the command for the next period and the new state; ``memory`` is not modified."""
-        ...
 
 
 class Goal(NamedTuple):
@@ -368,20 +363,15 @@ class Guide(Protocol):
         Raises:
             SealsError: this guide cannot lead that robot.
         """
-        ...
 
     def start(self, situation: RobotState) -> Any:
         """Return the initial state at the start of a run."""
-        ...
 
     def aim(self, situation: RobotState, memory: Any) -> tuple[Reference, Any]:
         """Return the reference and the new state; ``memory`` is not modified."""
-        ...
 
     def finished(self, memory: Any) -> bool | None:
         """Return whether the task is done (True), given up (False) or goes on (None)."""
-        ...
 
     def stage(self, memory: Any) -> str:
         """Return the name of the present stage, for the log and the screen."""
-        ...

@@ -37,14 +37,12 @@ class ContactPoints(Protocol):
     @property
     def links(self) -> list[int]:
         """Row of the touched link at every contact."""
-        ...
 
     def forces(self) -> tuple[Floats, Floats, Floats]:
         """Return points [m], forces on the link [N], world axes, (M, 3); normal forces [N], (M,).
 
         A force is the sum of its normal and friction parts.
         """
-        ...
 
 
 class EngineMotion(Protocol):
@@ -70,19 +68,15 @@ class EngineMotion(Protocol):
 
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link: origin [m], shape (3,), and q_WB_xyzw, shape (4,)."""
-        ...
 
     def base_pose(self) -> tuple[Floats, Floats]:
         """Return origin [m], shape (3,), and attitude q_WB_xyzw, shape (4,), of the base link."""
-        ...
 
     def link_poses(self) -> tuple[Floats, Floats]:
         """Return origins [m], shape (L, 3), and rotations R_WL, shape (L, 3, 3), of all links."""
-        ...
 
     def set_velocity(self, velocity: Floats, joints: Floats) -> None:
         """Set the velocity, shape (n,), and the joint positions [rad or m], shape (J,)."""
-        ...
 
     def shift_base(self, displacement: Floats) -> None:
         """Move the base by a small displacement, world axes, shape (6,).
@@ -91,14 +85,12 @@ class EngineMotion(Protocol):
             displacement: of ``reference`` [m], then the rotation vector about it [rad]. Velocities
                 stay as they are; `set_velocity` follows.
         """
-        ...
 
     def state(self) -> tuple[Floats, Floats]:
         """Return the velocity, shape (n,), and the joint positions [rad or m], shape (J,).
 
         Called at most once after each step of the engine, before `motor_forces`.
         """
-        ...
 
     def apply_wrenches(self, wrenches: Floats, origins: Floats, rotations: Floats) -> None:
         """Apply wrenches over the next step; they are held in world axes.
@@ -108,7 +100,6 @@ class EngineMotion(Protocol):
             origins: of the links now [m], shape (L, 3).
             rotations: R_WL now, shape (L, 3, 3).
         """
-        ...
 
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step [N m or N], shape (J,).
@@ -116,11 +107,9 @@ class EngineMotion(Protocol):
         They add to those of the motors. A step without joint forces may go without the call; they
         are zero then.
         """
-        ...
 
     def contacts(self) -> ContactPoints | None:
         """Return the contacts of the robot in the last step; None without any."""
-        ...
 
 
 class EngineBody(EngineMotion, Protocol):
@@ -148,7 +137,6 @@ class EngineBody(EngineMotion, Protocol):
         M_jj - M_jb inv(M_bb) M_bj: any point and any axes of the base will do. Rows of joints are
         those of the model. The state is left as it is.
         """
-        ...
 
     def set_inertia(self, link: int, mass: float, moments: Floats) -> None:
         """Set mass [kg] and principal moments [kg m^2], shape (3,), of a link.
@@ -156,7 +144,6 @@ class EngineBody(EngineMotion, Protocol):
         They replace those of the link, about its centre of mass and in the order of ``moments``:
         centre and principal axes stay. Never called for the base of a robot that is fixed.
         """
-        ...
 
     def set_motors(self, speed: Floats, force: Floats) -> None:
         """Set joint motors: speeds [rad/s or m/s] and largest forces [N m or N], (J,) each.
@@ -164,14 +151,12 @@ class EngineBody(EngineMotion, Protocol):
         They act until they are set anew; a largest force of zero switches a motor off. Called only
         where ``contact_motors`` is true.
         """
-        ...
 
     def motor_forces(self) -> Floats:
         """Return the forces of the joint motors over the last step [N m or N], shape (J,).
 
         Called after `state`, and only in steps with motors.
         """
-        ...
 
 
 @runtime_checkable
@@ -184,7 +169,6 @@ class SolvingEngineBody(EngineMotion, Protocol):
         Args:
             inertia: symmetric, of the velocity as `set_velocity` takes it, shape (n, n).
         """
-        ...
 
     def drive_joints(self, drive: ImplicitDrive | None) -> None:
         """Set the joint drives of the next step; None for none.
@@ -192,14 +176,12 @@ class SolvingEngineBody(EngineMotion, Protocol):
         A drive acts with ``drive.drive.force - drive.gain a`` within its limit, a the acceleration
         of its joint in that step; its armature is inertia of the joint.
         """
-        ...
 
     def drive_forces(self) -> Floats:
         """Return the drive forces over the last step [N m or N], shape (J,).
 
         Their forces less what turns their own armature; zero without drives. Called after `state`.
         """
-        ...
 
 
 class CompiledEngineBody(EngineMotion, Protocol):
@@ -216,23 +198,18 @@ class CompiledEngineBody(EngineMotion, Protocol):
 
         With ``base_turn`` they make `base_pose`.
         """
-        ...
 
     def native(self) -> tuple[Floats, ...]:
         """Return the state of the robot in the engine, after `EngineMotion.contacts`."""
-        ...
 
     def read_law(self, *native: Array) -> tuple[Array, Array, Array, Array]:
         """Return place and attitude as of `native_pose`, velocity and joints, (1, ...); pure."""
-        ...
 
     def write_law(self, place: Array, turn: Array, velocity: Array, joints: Array) -> list[Array]:
         """Return what `put` takes to set a state as of `read_law`; pure."""
-        ...
 
     def put(self, *written: Floats) -> None:
         """Set the state of the robot, see `write_law`."""
-        ...
 
 
 class CompiledMasses(CompiledEngineBody, Protocol):
@@ -249,7 +226,6 @@ class CompiledMasses(CompiledEngineBody, Protocol):
             joint_forces: added to it on the joints [N m or N], shape (J,).
             origin: of the base [m], shape (3,).
         """
-        ...
 
 
 class CompiledSolving(CompiledEngineBody, Protocol):
@@ -272,11 +248,9 @@ class CompiledSolving(CompiledEngineBody, Protocol):
             inertia: added to the robot's own, shape (n, n); None for none.
             acting: joint drives of the step; None for none.
         """
-        ...
 
     def give(self, results: list[Floats]) -> None:
         """Set the loads of the next step from the results of `compiled_law`."""
-        ...
 
     def steps_alone(self) -> bool:
         """Return whether the scene can be stepped by `write_step`, for this robot alone."""

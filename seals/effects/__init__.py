@@ -13,4 +13,5 @@ from seals.effects.identification import Property as Property
 from seals.effects.identification import Residual as Residual
 from seals.effects.identification import Stage as Stage
 from seals.effects.identification import Subject as Subject
+from seals.effects.identification import addition_along_axes as addition_along_axes
 from seals.effects.identification import along_axes as along_axes

@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
 from seals.effects.effect import Effect, EffectOptions, MediumKind
-from seals.effects.hooks import ARGUMENTS, Hook, arguments_of
+from seals.effects.hooks import ARGUMENTS, arguments_of
 from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.schema import parameters_of, vector_groups
@@ -77,7 +77,7 @@ class EffectSet:
 
     def having(self, hook: str) -> tuple[BoundEffect, ...]:
         """Return the effects that define a hook."""
-        return tuple(b for b in self.bound if _defines(b.effect, hook))
+        return tuple(b for b in self.bound if has_hook(b.effect, hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -154,18 +154,14 @@ _KINDS = (
 )
 
 
-def has_hook(effect: object, hook: Hook) -> bool:
+def has_hook(effect: object, hook: str) -> bool:
     """Return true if an effect's class defines a hook; a battery has a ``state`` as well."""
-    return _defines(effect, hook)
-
-
-def _defines(effect: object, hook: str) -> bool:
     law: Any = type(effect)
-    return _class_defines(law, hook)
+    return _defines(law, hook)
 
 
 @functools.cache
-def _class_defines(law: type, hook: str) -> bool:
+def _defines(law: type, hook: str) -> bool:
     """Return true if a class defines a hook: asked for every effect of every model of a fit."""
     names = ("battery_update", "state") if hook == "battery_update" else (hook,)
     return all(callable(getattr(law, name, None)) for name in names)
@@ -191,20 +187,16 @@ def bind_effects(
         chosen = _link_indices(name, effect.links, links)
         kind = options_of(effect, EffectOptions).medium
         params = _params(effect, {}, np.zeros(1), len(chosen), 1)
-        _check_hooks(name, effect)
+        # refuse hooks with arguments that the simulation does not pass
+        for hook in ARGUMENTS:
+            if has_hook(effect, hook):
+                try:
+                    arguments_of(effect, hook)
+                except ConfigError as cause:
+                    raise ConfigError(f"effects.{name}: {cause}") from cause
         bound.append(BoundEffect(name=name, effect=effect, links=chosen, kind=kind, params=params))
     refuse_double_counting(bound, links, others)
     return EffectSet(bound)
-
-
-def _check_hooks(name: str, effect: Effect) -> None:
-    """Refuse hooks with arguments that the simulation does not pass."""
-    for hook in ARGUMENTS:
-        if _defines(effect, hook):
-            try:
-                arguments_of(effect, hook)
-            except ConfigError as cause:
-                raise ConfigError(f"effects.{name}: {cause}") from cause
 
 
 def refuse_double_counting(

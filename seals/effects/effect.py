@@ -258,7 +258,6 @@ class Timed(Protocol):
     @staticmethod
     def timing(params: Parameters) -> Timing:
         """Change of delays and time constants."""
-        ...
 
 
 class ActuatorOptions:

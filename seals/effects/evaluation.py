@@ -159,7 +159,7 @@ class Evaluator:
                 loads += self._driven(b, motion, sample, joints, inputs, memory, new, seen, running)
         for b in self.effects.batteries:
             new[b.name] = b.hooks.battery_update(
-                power_of(running, memory[b.name]), inputs, memory[b.name], b.params
+                _power_of(running, memory[b.name]), inputs, memory[b.name], b.params
             )
         joint_drives = [
             (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
@@ -215,8 +215,7 @@ class Evaluator:
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
         for b in self.effects.batteries:
-            voltage: Array = b.hooks.state(memory[b.name], b.params)[0]
-            return voltage
+            return b.hooks.state(memory[b.name], b.params)[0]
         return None
 
     def _driven(  # noqa: PLR0917  one instant of the scene
@@ -391,7 +390,7 @@ def is_dry(sample: Sample) -> bool:
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 
-def power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
+def _power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     """Electrical power of all drives [W], shape (batch, 1).
 
     Args:

@@ -340,6 +340,28 @@ class Residual:
     log: Any = 0
 
 
+def addition_along_axes(
+    law: type[Effect],
+    name: str,
+    stem: str,
+    sizes: tuple[Any, Any],
+    order: tuple[int, int, int],
+    **more: Any,
+) -> list[Addition]:
+    """Return the one candidate of an effect whose parameters are those of three axes.
+
+    Args:
+        law: the effect.
+        name: of its instance.
+        stem: of its parameters.
+        sizes: their tolerance and scale, see `along_axes`.
+        order: see `Addition`.
+        more: further fields of the `Addition`.
+    """
+    parameters = along_axes(stem, *sizes)
+    return [Addition(instance=name, effect=law(), parameters=parameters, order=order, **more)]
+
+
 def along_axes(
     stem: str, tolerance: Any, scale: Any, *, low: Floats | None = None
 ) -> dict[str, Freed]:

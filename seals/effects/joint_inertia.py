@@ -41,8 +41,7 @@ def felt_inertia(robot: RobotModel) -> Floats:
     assembly = Assembly(robot.spatial_inertia[None])
     nothing = np.zeros((1, tree.links, 6))
     matrix, _ = assembly.system(Kinematics(tree, *poses), assembly.inertia, nothing, at)
-    found: Floats = 1.0 / np.diag(np.linalg.inv(matrix[0]))[-tree.joints :]
-    return found
+    return 1.0 / np.diag(np.linalg.inv(matrix[0]))[-tree.joints :]
 
 
 def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:

@@ -76,19 +76,17 @@ def power_law_additions(
                 medium=medium,
                 squares=squares,
             )
-            found.append(_inexact(shape, f"{name}_{medium.value}_shape", order))
+            # tolerance of the exponent of a stated drag; no candidate
+            found.append(
+                Addition(
+                    instance=f"{name}_{medium.value}_shape",
+                    effect=shape,
+                    parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
+                    named=(),
+                    order=order,
+                )
+            )
     return found
-
-
-def _inexact(shape: DragExponent, instance: str, order: tuple[int, int, int]) -> Addition:
-    """Return the tolerance of the exponent of a stated drag; no candidate."""
-    return Addition(
-        instance=instance,
-        effect=shape,
-        parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
-        named=(),
-        order=order,
-    )
 
 
 def _in_form(usual: Addition, form: DragForm, effect: Effect) -> Addition:

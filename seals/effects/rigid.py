@@ -7,7 +7,7 @@ from seals.frames import cross
 from seals.motion import Body, Motion, Wrench
 
 
-def moments_of(matrix: Array) -> tuple[Array, Array]:
+def _moments_of(matrix: Array) -> tuple[Array, Array]:
     """Mass [kg], shape (N, 1), and first moment m c [kg m], shape (N, 3), of rigid inertias.
 
     Args:
@@ -18,7 +18,7 @@ def moments_of(matrix: Array) -> tuple[Array, Array]:
 
 def weight_of(matrix: Array, motion: Motion, gravity: Array) -> Wrench:
     """Weight of a change of inertia about the link origin, link axes [N, N m]."""
-    mass, moment = moments_of(matrix)
+    mass, moment = _moments_of(matrix)
     pull = motion.up * -gravity
     return Wrench(mass * pull, cross(moment + motion.up * 0.0, pull))
 
@@ -30,7 +30,7 @@ def changed(body: Body, matrix: Array) -> Body:
         body: constant properties, fields of shape (1 or N, k), rows link by link.
         matrix: sum of all changes about the link origin, shape (N, 6, 6), or one for each link.
     """
-    mass, moment = (_everyone(x, body.mass.shape[0]) for x in moments_of(matrix))
+    mass, moment = (_everyone(x, body.mass.shape[0]) for x in _moments_of(matrix))
     total = body.mass + mass
     # a link without mass, such as a place where lift acts, keeps the centre it states
     none = total == 0.0

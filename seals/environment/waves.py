@@ -94,7 +94,6 @@ class Waves(Protocol):
             time: [s], shape (1 or N, 1).
             level: mean surface height [m].
         """
-        ...
 
 
 @runtime_checkable
@@ -104,7 +103,6 @@ class Orbits(Protocol):
     @property
     def shortest(self) -> float:
         """Length of its shortest wave [m]."""
-        ...
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:
         """Return the displacement of the water from its rest position [m], shape (N, 3).
@@ -118,4 +116,3 @@ class Orbits(Protocol):
             time: [s], shape (1 or N, 1).
             level: mean surface height [m].
         """
-        ...

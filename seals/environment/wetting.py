@@ -46,7 +46,6 @@ class Wetting(Protocol):
             normal: in link axes [1], shape (N, 3).
             level: [m], shape (N, 1).
         """
-        ...
 
 
 class WettingExact:

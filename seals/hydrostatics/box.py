@@ -29,7 +29,7 @@ class Slice(NamedTuple):
     area_z: Column
 
 
-def wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per step
+def _wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per step
     xp: Any, q: Column, a: Column, b: Column, zero: Column, one: Column
 ) -> Slice:
     """Return the part a y + b z <= q of the unit square, 0 < a <= b, moments about its centre.
@@ -59,7 +59,7 @@ def wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per ste
 class HullBox(HullPlaced):
     """Hull of a rectangular box.
 
-    Equation: slices at constant x are wetted rectangles (:func:`wet_rectangle`), polynomial in x
+    Equation: slices at constant x are wetted rectangles (:func:`_wet_rectangle`), polynomial in x
         between the heights where the surface passes an edge; two Gauss points integrate each piece
         exactly.
 
@@ -97,7 +97,7 @@ class HullBox(HullPlaced):
             (ux * x + uy * y + uz * z) * edge
             for (x, y, z), edge in zip(self.axes, self.size, strict=True)
         ]
-        share, along, area, area_along = wet_box(xp, spans, depth)
+        share, along, area, area_along = _wet_box(xp, spans, depth)
         volume, flat = share * self.volume, area * self.volume
         scaled = [
             tuple(edge * e * self.volume for e in axis)
@@ -117,7 +117,7 @@ class HullBox(HullPlaced):
         )
 
 
-def wet_box(
+def _wet_box(
     xp: Any, spans: Sequence[Column], depth: Column
 ) -> tuple[Column, list[Column], Column, list[Column]]:
     """Return the wetted fraction of a unit box with its moments, and their derivatives by depth.
@@ -175,7 +175,7 @@ def _terms(  # noqa: PLR0917
 ) -> tuple[Column, ...]:
     """Return the weighted contributions of the slices at ``x`` from 0 to 1."""
     zero = 0.0 * x
-    s = wet_rectangle(xp, top - wx * x, a, b, zero, zero + 1.0)
+    s = _wet_rectangle(xp, top - wx * x, a, b, zero, zero + 1.0)
     volume, area, off = s.volume * weight, s.area * weight, x - 0.5
     return (
         volume,

@@ -15,7 +15,7 @@ LEAST_SINE = 1e-9
 """Least sine between axis and normal; the moments that it divides vanish with it."""
 
 
-def seen_by_axis(  # noqa: PLR0917 - positional, in the hot path
+def _seen_by_axis(  # noqa: PLR0917 - positional, in the hot path
     xp: Any, axis: Triple, centre: Triple, ux: Column, uy: Column, uz: Column, level: Column
 ) -> tuple[Column, Column, Column]:
     """Return cosine and sine between axis and normal, and the surface's height [m]."""
@@ -28,7 +28,7 @@ def seen_by_axis(  # noqa: PLR0917 - positional, in the hot path
     return c, s, depth
 
 
-def in_link(  # noqa: PLR0917 - positional, in the hot path
+def _in_link(  # noqa: PLR0917 - positional, in the hot path
     part: Part, axis: Triple, centre: Triple, ux: Column, uy: Column, uz: Column
 ) -> Sums:
     """Convert sums along axis and normal to sums about the link origin."""
@@ -94,9 +94,9 @@ class HullCylinder(_Rod):
     def sums(self, xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
         """Return volume, area and first moments about the link origin (see the base class)."""
         axis, centre = self.axes[2], self.position
-        c, s, depth = seen_by_axis(xp, axis, centre, ux, uy, uz, level)
+        c, s, depth = _seen_by_axis(xp, axis, centre, ux, uy, uz, level)
         part = flat_ended(xp, c, s, depth, self.radius, self.length)
-        return in_link(part, axis, centre, ux, uy, uz)
+        return _in_link(part, axis, centre, ux, uy, uz)
 
 
 class HullCapsule(_Rod):
@@ -126,7 +126,7 @@ class HullCapsule(_Rod):
     def sums(self, xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
         """Return volume, area and first moments about the link origin (see the base class)."""
         axis, centre, half = self.axes[2], self.position, 0.5 * self.length
-        c, s, depth = seen_by_axis(xp, axis, centre, ux, uy, uz, level)
+        c, s, depth = _seen_by_axis(xp, axis, centre, ux, uy, uz, level)
         body = flat_ended(xp, c, s, depth, self.radius, self.length)
         head = half_ball(xp, c, s, depth - c * half, self.radius)
         tail = half_ball(xp, -c, s, depth + c * half, self.radius)
@@ -138,4 +138,4 @@ class HullCapsule(_Rod):
             body.area_e + head.area_e - tail.area_e + half * (head.area - tail.area),
             body.area_n + head.area_n + tail.area_n,
         )
-        return in_link(whole, axis, centre, ux, uy, uz)
+        return _in_link(whole, axis, centre, ux, uy, uz)

@@ -29,24 +29,19 @@ class Cuttable(Protocol):
     @property
     def resolution(self) -> tuple[int, int] | None:
         """Cells along an octahedron edge and depths of its table; None lets its grain choose."""
-        ...
 
     @property
     def grain(self) -> int:
         """Cost of one cut: number of faces or samples."""
-        ...
 
     def spread(self) -> Vector:
         """Return the second moments of the volume about its centroid, per volume [m^2], (3, 3)."""
-        ...
 
     def extents(self, ups: Vector) -> tuple[Vector, Vector]:
         """Return lowest and highest level of the hull along each normal [m], shape (N,) each."""
-        ...
 
     def cut(self, ups: Vector, levels: Vector) -> Vector:
         """Return volume, moments, area and area moments, shape (normals, levels, 8)."""
-        ...
 
 
 class OctahedralTable:
@@ -70,7 +65,7 @@ class OctahedralTable:
         sizes, axes = np.linalg.eigh(hull.spread())
         stretch = axes * np.sqrt(np.maximum(sizes, sizes.max() * LEAST_SPREAD))
         self._stretch, self._centre = stretch.T.tolist(), hull.centroid.tolist()
-        ups = octant_nodes(cells) @ np.linalg.inv(stretch)
+        ups = _octant_nodes(cells) @ np.linalg.inv(stretch)
         ups /= np.sqrt((ups * ups).sum(axis=1))[:, None]
         low, high = hull.extents(ups)
         bend = np.sin(np.linspace(-BEND, BEND, depths + 1)) / np.sin(BEND)
@@ -169,7 +164,7 @@ class OctahedralTable:
         return [xp.astype(node, xp.int64) for node in (corner, left, right)], weights
 
 
-def octant_nodes(cells: int) -> Vector:
+def _octant_nodes(cells: int) -> Vector:
     """Return the nodes of the four upper octants.
 
     Args:

@@ -32,7 +32,7 @@ class Part(NamedTuple):
     area_n: Column
 
 
-def chord_integrals(xp: Any, x: Column) -> tuple[Column, Column, Column]:
+def _chord_integrals(xp: Any, x: Column) -> tuple[Column, Column, Column]:
     """Return the integrals of 2 sqrt(1 - x^2) times 1, x, x^2 from the disc's centre to ``x``."""
     squared = (1.0 - x) * (1.0 + x)
     root = xp.sqrt(squared)
@@ -64,8 +64,8 @@ def flat_ended(  # noqa: PLR0917 - positional, in the hot path
     p = depth + 0.5 * w
     low = xp.maximum(xp.minimum((p - w) / r, one), -one)
     high = xp.maximum(xp.minimum(p / r, one), -one)
-    a0, a1, a2 = chord_integrals(xp, low)
-    b0, b1, b2 = chord_integrals(xp, high)
+    a0, a1, a2 = _chord_integrals(xp, low)
+    b0, b1, b2 = _chord_integrals(xp, high)
     g, k = p / w, r / w
     d0, d1, d2 = b0 - a0, b1 - a1, b2 - a2
     ramp = g * d0 - k * d1

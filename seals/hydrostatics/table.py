@@ -63,7 +63,7 @@ class HullTable:
         """
         cache: dict[tuple[int | None, int | None], HullTable] = hull.__dict__.setdefault(TABLES, {})
         if (cells, depths) not in cache:
-            cache[cells, depths] = cls(law_of(hull, cells, depths), hull)
+            cache[cells, depths] = cls(_law_of(hull, cells, depths), hull)
         return cache[cells, depths]
 
     def lookup(self, up: Any, level: Any) -> tuple[Any, Any, Any, Any]:
@@ -111,12 +111,12 @@ def centred(xp: Any, sums: Sums, whole: Any) -> tuple[Any, Any, Any, Any]:
     )
 
 
-def law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> Law:
+def _law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> Law:
     """Return the batched hydrostatics of a hull: exact in closed form, else by a table."""
     if isinstance(hull, HullPlaced):
         return hull.sums
     if isinstance(hull, HullCompound):
-        return _compound_law(hull, [law_of(part, cells, depths) for part in hull.parts])
+        return _compound_law(hull, [_law_of(part, cells, depths) for part in hull.parts])
     if not (hasattr(hull, "cut") and hasattr(hull, "extents")):
         raise RobotError(
             f"{type(hull).__name__} has no batched form.\n"

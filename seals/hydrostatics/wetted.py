@@ -62,27 +62,22 @@ class Hull(Protocol):
     @property
     def volume(self) -> float:
         """Displaced volume when fully submerged [m^3]."""
-        ...
 
     @property
     def centroid(self) -> Vector:
         """Centre of buoyancy when fully submerged [m], shape (3,)."""
-        ...
 
     @property
     def grain(self) -> int:
         """Cost of one cut, in faces of a mesh."""
-        ...
 
     @property
     def plan_area(self) -> float:
         """Largest horizontal section with the body upright [m^2]."""
-        ...
 
     @property
     def reach(self) -> float:
         """Radius of a sphere about the link origin that holds the hull [m]."""
-        ...
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
         """Return the part below the surface.
@@ -91,7 +86,6 @@ class Hull(Protocol):
             up: unit normal of the water surface, link axes, shape (3,).
             level: height of the surface above the link origin along ``up`` [m].
         """
-        ...
 
 
 def frozen(x: float, y: float, z: float) -> Vector:

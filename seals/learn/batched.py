@@ -57,15 +57,12 @@ class Batched(Protocol):
         Args:
             seeds: of the N episodes; None draws them from the environments' own random state.
         """
-        ...
 
     def step(self, action: Tensor) -> StepResult:
         """Step all environments with actions of shape (N, action_size)."""
-        ...
 
     def scripted_policy(self) -> Tensor:
         """Return the actions of the task's scripted policy, shape (N, action_size)."""
-        ...
 
     def snapshot(self) -> Any:
         """Return the complete state, as plain data and tensors.
@@ -73,12 +70,9 @@ class Batched(Protocol):
         Raises:
             NotImplementedError: the engine behind it cannot be put back.
         """
-        ...
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot."""
-        ...
 
     def close(self) -> None:
         """Release all resources."""
-        ...

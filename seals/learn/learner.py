@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from seals.errors import ConfigError, MissingExtra, suggestion
+from seals.errors import MissingExtra, refuse_unlisted
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -121,8 +121,7 @@ def one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     Example:
         >>> one_of("reward_form", "plain", ("plain", "symlog"))
     """
-    if value not in allowed:
-        raise ConfigError(f"learner.{name}={value} is not allowed.\n{suggestion(value, allowed)}")
+    refuse_unlisted(value, allowed, f"learner.{name}={value} is not allowed")
 
 
 def need_torch() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
@@ -68,8 +68,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         ConfigError: there is no such kind, or a key is missing.
     """
     kind = network.get("kind")
-    if kind not in KINDS:
-        raise ConfigError(f"a policy of kind '{kind}'.\n{suggestion(str(kind), KINDS)}")
+    refuse_unlisted(str(kind), KINDS, f"a policy of kind '{kind}'")
     import torch
 
     with torch.device("cpu"):

@@ -93,26 +93,21 @@ class Task(Protocol):
         Raises:
             SealsError: it cannot do this task.
         """
-        ...
 
     @property
     def posture(self) -> Floats:
         """Held joint positions of the robot [rad or m], shape (J,)."""
-        ...
 
     @property
     def action_names(self) -> tuple[str, ...]:
         """Names of the components of an action."""
-        ...
 
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the components of an observation."""
-        ...
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
         """Return the starts of some episodes."""
-        ...
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
         """Return position [m] and velocity [m/s] of the target, world axes, shape (N, 3) each.
@@ -121,27 +116,21 @@ class Task(Protocol):
             goal: of the draw, shape (N, g).
             time: since the start [s], shape (N, 1).
         """
-        ...
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return wanted velocity, world axes [m/s] (N, 3), and heading [rad] (N, 1)."""
-        ...
 
     def observation(self, now: Instant) -> Array:
         """Return observations, shape (N, d)."""
-        ...
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
         """Return the rewards of a step (N,) and the new state, which starts as zeros (N, 2)."""
-        ...
 
     def distance(self, now: Instant) -> Array:
         """Return the distance that decides success [m], shape (N,)."""
-        ...
 
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return True for episodes that the task itself ends, bool (N,)."""
-        ...
 
     @property
     def over_with_success(self) -> bool:
@@ -157,7 +146,6 @@ class Task(Protocol):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a scripted policy, shape (N, a)."""
-        ...
 
 
 @runtime_checkable
@@ -167,7 +155,6 @@ class WorldTask(Protocol):
     @property
     def knows(self) -> tuple[str, ...]:
         """Names of the quantities it needs, see `seals.learn.environments.facts`."""
-        ...
 
     def aim(self, action: Array, now: Instant) -> Reference:
         """Return the complete reference of one robot, in place of `Task.command`.
@@ -176,7 +163,6 @@ class WorldTask(Protocol):
             action: shape (1, a).
             now: of one robot.
         """
-        ...
 
     def places(self, goal: Floats) -> Mapping[str, Floats]:
         """Return the initial poses of objects by name: x, y [m] and heading [rad], shape (3,) each.
@@ -184,7 +170,6 @@ class WorldTask(Protocol):
         Args:
             goal: of one draw, shape (1, g).
         """
-        ...
 
 
 class Watcher(Protocol):
@@ -192,7 +177,6 @@ class Watcher(Protocol):
 
     def begin(self) -> None:
         """Forget everything: an episode begins."""
-        ...
 
     def perceive(self, now: Instant, cameras: Mapping[str, CameraView]) -> Instant:
         """Return the state with the target as it is seen in place of the true one.
@@ -201,7 +185,6 @@ class Watcher(Protocol):
             now: true state of one robot.
             cameras: of the robot by name, with their last pictures.
         """
-        ...
 
 
 @runtime_checkable
@@ -214,7 +197,6 @@ class SeeingTask(Protocol):
         Raises:
             SealsError: it cannot be loaded.
         """
-        ...
 
 
 def tool_of(robot: RobotModel) -> tuple[int, ...]:

@@ -69,8 +69,7 @@ def second_derivative(position: Floats) -> Floats:
     from scipy.signal import savgol_filter
 
     width = int(_WINDOW / STEP) | 1
-    found: Floats = savgol_filter(position, width, 3, deriv=2, delta=STEP, axis=0)
-    return found
+    return savgol_filter(position, width, 3, deriv=2, delta=STEP, axis=0)
 
 
 def filtered_alike(acceleration: Floats) -> Floats:
@@ -98,5 +97,4 @@ def world_acceleration(orientation: Floats, force: Floats) -> Floats:
 def attitude_rates(orientation: Floats) -> Floats:
     """Return body rates of an attitude q_WB_xyzw by central differences, shape (T, 3) [rad/s]."""
     turn = rotation_vector(multiply(conjugate(orientation[:-2]), orientation[2:])) / (2.0 * STEP)
-    rates: Floats = np.concatenate([turn[:1], turn, turn[-1:]])
-    return rates
+    return np.concatenate([turn[:1], turn, turn[-1:]])

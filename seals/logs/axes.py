@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.field_roles import roles
 from seals.frames import matrix_of, multiply, quaternion_of, unrotate
 from seals.logs.channels import CHANNELS
@@ -131,8 +131,7 @@ def _named(name: str, known: dict[str, tuple[str, str, str]], where: str) -> tup
 
 
 def _one_of(name: str, known: Sequence[str], where: str) -> str:
-    if name not in known:
-        raise LogError(f"{where}={name} is not allowed.\n{suggestion(name, known)}")
+    refuse_unlisted(name, known, f"{where}={name} is not allowed", error=LogError)
     return name
 
 

@@ -42,7 +42,13 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
     found = [*check_meta(log), *check_time(log)]
     # the other checks count on finite times, a few rows and steps that can be divided by
     if not any(finding.code in _BROKEN for finding in found):
-        finite = _without_infinities(log)
+        infinite = {key: np.abs(values) > LARGEST for key, values in log.columns.items()}
+        spoilt = {
+            key: np.where(mask, np.nan, log.columns[key])
+            for key, mask in infinite.items()
+            if mask.any()
+        }
+        finite = log.with_columns(spoilt) if spoilt else log
         found += [*check_values(log), *check_units(finite), *check_frames(finite)]
         stated = log.meta.get("vehicle")
         own = stated if isinstance(stated, Mapping) else {}
@@ -54,16 +60,6 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
         if not any(finding.code in _TURNED for finding in found):
             found += check_motion(finite)
     return sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity])
-
-
-def _without_infinities(log: Log) -> Log:
-    infinite = {key: np.abs(values) > LARGEST for key, values in log.columns.items()}
-    spoilt = {
-        key: np.where(mask, np.nan, log.columns[key])
-        for key, mask in infinite.items()
-        if mask.any()
-    }
-    return log.with_columns(spoilt) if spoilt else log
 
 
 def refuse_if_bad(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Finding]:

@@ -25,7 +25,7 @@ def check_units(log: Log) -> list[Finding]:
     return [*_accelerometer(log), *_rates(log), *_angles(log)]
 
 
-def quiet_forces(log: Log) -> tuple[Floats, float]:
+def _quiet_forces(log: Log) -> tuple[Floats, float]:
     """Return the mean specific force in windows in which it hardly changes.
 
     Returns:
@@ -57,7 +57,7 @@ def quiet_forces(log: Log) -> tuple[Floats, float]:
 def _accelerometer(log: Log) -> list[Finding]:
     if not log.has("specific_force"):
         return []
-    means, length = quiet_forces(log)
+    means, length = _quiet_forces(log)
     if len(means) * length < _LONG_ENOUGH:
         return []
     size = float(np.median(np.linalg.norm(means, axis=1)))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.channels import stem_of, unit_of
 from seals.logs.units import find_unit, to_si
 from seals.schema import read
@@ -60,11 +60,13 @@ class ColumnMap:
         """
         for entry in ("units", "scale", "offset", "negate"):
             for theirs in getattr(self, entry):
-                if theirs not in self.columns:
-                    raise LogError(
-                        f"{entry} names '{theirs}', which is not mapped.\n"
-                        + suggestion(str(theirs), self.columns, label="Mapped")
-                    )
+                refuse_unlisted(
+                    str(theirs),
+                    self.columns,
+                    f"{entry} names '{theirs}', which is not mapped",
+                    label="Mapped",
+                    error=LogError,
+                )
 
     def converted(self, values: Floats, theirs: str, ours: str, *, where: str = "column") -> Floats:
         """Return the values of one column in SI, with their sign.

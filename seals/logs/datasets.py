@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.untrusted_io import read_yaml, regular_file
 
 OFFLINE = "SEALS_DATA"
@@ -93,10 +93,9 @@ class Dataset:
             LogError: the set has no such file.
         """
         by_stem = {file.stem: file for file in self.files}
-        if stem not in by_stem:
-            raise LogError(
-                f"data set '{self.folder}' has no file '{stem}'.\n" + suggestion(stem, by_stem)
-            )
+        refuse_unlisted(
+            stem, by_stem, f"data set '{self.folder}' has no file '{stem}'", error=LogError
+        )
         return by_stem[stem]
 
 
@@ -118,13 +117,13 @@ def _described(package: str) -> dict[str, Any]:
     return read_yaml(str(files(package) / "datasets.yaml"))
 
 
-def show_on_stderr(text: str) -> None:
+def _show_on_stderr(text: str) -> None:
     """Print a licence notice where it does not mix with results."""
     print(text, file=sys.stderr)
 
 
 def locate(
-    dataset: Dataset, file: DataFile, *, show: Callable[[str], None] = show_on_stderr
+    dataset: Dataset, file: DataFile, *, show: Callable[[str], None] = _show_on_stderr
 ) -> Path:
     """Return the path of a data file, fetching it on first use.
 
@@ -151,7 +150,7 @@ def paths_of(
     source: str | Path | None,
     *,
     files: tuple[DataFile, ...] | None = None,
-    show: Callable[[str], None] = show_on_stderr,
+    show: Callable[[str], None] = _show_on_stderr,
 ) -> list[Path]:
     """Return the files to read, in the order of the data set.
 

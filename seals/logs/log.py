@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted, suggestion
 from seals.logs.channels import columns_of, stem_of
 from seals.untrusted_io import first_bad_number
 
@@ -54,10 +54,9 @@ class Log:
 
     def __post_init__(self) -> None:
         columns = {key: _vector(self.name, key, value) for key, value in self.columns.items()}
-        if "t" not in columns:
-            raise LogError(
-                f"log '{self.name}' has no time column 't' [s].\n" + suggestion("t", columns)
-            )
+        refuse_unlisted(
+            "t", columns, f"log '{self.name}' has no time column 't' [s]", error=LogError
+        )
         if "segment" in columns:
             raise LogError(f"log '{self.name}': give segments as segment=, not as a column.")
         segment = np.asarray(self.segment, dtype=np.int64).view()

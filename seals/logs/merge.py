@@ -88,8 +88,7 @@ def _spread(name: str, values: Floats, rows: NDArray[np.int64], count: int) -> F
         spread[rows] = values
         return spread
     last = np.searchsorted(rows, np.arange(count), side="right") - 1
-    held: Floats = np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
-    return held
+    return np.where(last >= 0, values[np.maximum(last, 0)], np.nan)
 
 
 def _sorted(stream: Stream, where: str) -> Stream:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.logs.log import Log
 from seals.schema import Within, read
 
@@ -61,10 +61,12 @@ class MotorCurve:
 
     def __post_init__(self) -> None:
         """Refuse values that no motor can have."""
-        if self.command and self.command not in COMMANDS:
-            raise LogError(
-                f"motors.command={self.command} is not allowed.\n"
-                + suggestion(self.command, COMMANDS)
+        if self.command:
+            refuse_unlisted(
+                self.command,
+                COMMANDS,
+                f"motors.command={self.command} is not allowed",
+                error=LogError,
             )
         span = [float(x) for x in self.range]
         if span and (len(span) != 2 or not span[0] < span[1]):
@@ -115,8 +117,10 @@ def recognised(values: Floats, stated: str = "") -> str:
     high = float(finite.max()) if finite.size else 0.0
     moving = finite[finite > 0.02 * high]
     low = float(moving.min()) if moving.size else 0.0
-    if stated and stated not in COMMANDS:
-        raise LogError(f"motor_command={stated:.60} is not known.\n{suggestion(stated, COMMANDS)}")
+    if stated:
+        refuse_unlisted(
+            stated, COMMANDS, f"motor_command={stated:.60} is not known", error=LogError
+        )
     if stated and high <= 1.05 * COMMANDS[stated][1]:
         return stated
     if high <= 1.05:
@@ -190,10 +194,7 @@ def _full_speeds(rotors: Any) -> Floats:
 def _speed(curve: MotorCurve, kind: str, share: Floats, full: Floats) -> Floats:
     if len(curve.points):
         points = np.asarray([list(p) for p in curve.points], dtype=float)
-        found: Floats = np.where(
-            np.isfinite(share), np.interp(share, points[:, 0], points[:, 1]), np.nan
-        )
-        return found
+        return np.where(np.isfinite(share), np.interp(share, points[:, 0], points[:, 1]), np.nan)
     if kind == _SHARES_THRUST:
         return full * np.sqrt(share)
     factor = curve.thrust_factor
@@ -225,5 +226,4 @@ def _sag(log: Log, curve: MotorCurve) -> Floats:
             "Leave motors.full_voltage out, or map the voltage."
         )
     even = np.interp(log.time, log.time[good], volts[good])
-    sag: Floats = np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power
-    return sag
+    return np.clip(even / curve.full_voltage, 0.0, None) ** curve.voltage_power

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, SealsError
+from seals.errors import LogError, SealsError, refuse_unlisted
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
 from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Integers, Log
@@ -113,8 +113,7 @@ def write_native(
     Raises:
         LogError: the table has another name, or the folder cannot be written.
     """
-    if table not in TABLES:
-        raise LogError(f"'{table}' is not a table of a log folder.\nAllowed: {', '.join(TABLES)}")
+    refuse_unlisted(table, TABLES, f"'{table}' is not a table of a log folder", error=LogError)
     side = {key: getattr(log, key) for key in _SIDE if getattr(log, key)}
     rest = {key: value for key, value in log.meta.items() if key not in ("format", *_SIDE)}
     meta = {"format": FORMAT, "format_version": FORMAT_VERSION, **rest, **side}

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from seals.errors import BrokenPlugin, ConfigError
+from seals.file_names import RECORDINGS
 from seals.logs.content import reader_by_content
 from seals.logs.log import Log
 from seals.logs.native import TABLES
-
-BY_SUFFIX: Mapping[str, str] = {
-    ".ulg": "ulog",
-    ".mcap": "mcap",
-    ".db3": "rosbag2",
-    ".bag": "rosbag1",
-    ".tlog": "tlog",
-    ".mat": "matlab",
-}
-"""Reader by suffix of a file whose content does not tell, as a damaged one; ``.gz`` after it is
-ignored."""
 
 
 @runtime_checkable
@@ -37,7 +26,6 @@ class Reader(Protocol):
         Raises:
             seals.errors.LogError: the source cannot be used.
         """
-        ...
 
 
 def logs_by(reader: Reader, source: str | Path | None) -> list[Log]:
@@ -67,7 +55,8 @@ def foreign_reader_of(place: Path) -> str | None:
     if place.is_dir():
         return "rosbag2" if (place / "metadata.yaml").is_file() else None
     suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
-    return reader_by_content(place) or BY_SUFFIX.get(suffix.lower())
+    # a damaged file goes by its ending
+    return reader_by_content(place) or RECORDINGS.get(suffix.lower())
 
 
 def reader_of(place: Path) -> str:

@@ -127,7 +127,14 @@ def _locked(folder: Path) -> int | None:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if path.exists() and os.path.samestat(os.fstat(descriptor), path.stat()):
-                _introduce(descriptor)
+                # write the owner into the lock file, for error messages only
+                words = json.dumps(
+                    {"pid": os.getpid(), "machine": platform.node(), "since": time.ctime()}
+                )
+                # on a full disk the lock holds without a word
+                with contextlib.suppress(OSError):
+                    os.ftruncate(descriptor, 0)
+                    os.pwrite(descriptor, words.encode(), 0)
                 return descriptor
         except OSError as error:
             if error.errno in _NO_LOCKS:
@@ -183,15 +190,6 @@ def _refuse_links(folder: Path) -> None:
                 f"{linked[0]} is a link, which leads out of its run folder.\n"
                 "Put what it names in its place, or choose another folder: hydra.run.dir=FOLDER"
             )
-
-
-def _introduce(descriptor: int) -> None:
-    """Write the owner into the lock file, for error messages only."""
-    words = json.dumps({"pid": os.getpid(), "machine": platform.node(), "since": time.ctime()})
-    # on a full disk the lock holds without a word
-    with contextlib.suppress(OSError):
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, words.encode(), 0)
 
 
 def _holder(path: Path) -> str:

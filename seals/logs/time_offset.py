@@ -128,12 +128,10 @@ def _cut(values: Floats, there: NDArray[np.bool_]) -> Floats:
     """Return values cut at some robust standard deviations from the median."""
     middle = np.median(values[there], axis=0)
     spread = 1.4826 * np.median(np.abs(values[there] - middle), axis=0)
-    cut: Floats = np.clip(values, middle - _OUTLIER * spread, middle + _OUTLIER * spread)
-    return cut
+    return np.clip(values, middle - _OUTLIER * spread, middle + _OUTLIER * spread)
 
 
 def _smooth(values: Floats) -> Floats:
     from scipy.signal import savgol_filter
 
-    found: Floats = savgol_filter(values, _SMOOTH, 2, axis=0)
-    return found
+    return savgol_filter(values, _SMOOTH, 2, axis=0)

@@ -31,12 +31,10 @@ class LinkLoads(Protocol):
     @property
     def loads(self) -> Sequence[tuple[Any, Any, Wrench]]:
         """Effect, rows and wrench about the link origins, link axes [N, N m]."""
-        ...
 
     @property
     def inertias(self) -> Sequence[tuple[Any, Any, AddedInertia, Medium]]:
         """Effect, rows, added inertia and the medium relative to which it acts."""
-        ...
 
 
 class Assembly:

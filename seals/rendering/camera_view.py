@@ -25,26 +25,21 @@ class Recorded(Protocol):
     @property
     def number(self) -> int:
         """Number, from 0 on."""
-        ...
 
     @property
     def time(self) -> float:
         """Time at which it was taken [s]."""
-        ...
 
     @property
     def position(self) -> Floats:
         """Place of the sensor, world [m], shape (3,)."""
-        ...
 
     @property
     def axes(self) -> Floats:
         """Axes of the image in the world as columns, shape (3, 3)."""
-        ...
 
     def files(self) -> Mapping[str, bytes]:
         """Return the files by the ending of their names."""
-        ...
 
 
 @state_record

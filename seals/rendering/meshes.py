@@ -44,7 +44,13 @@ def triangles(shape: Shape) -> tuple[Floats, NDArray[np.int64]]:
     if shape.kind == "plane":
         raise ConfigError("a plane has no triangles.\nDraw it as the half space that it is.")
     radius, length = shape.size
-    return _turned(radius, length, rounded=shape.kind == "capsule")
+    # A cylinder or a capsule along z
+    r, half = radius * _swelling(), 0.5 * length
+    if shape.kind != "capsule":
+        return _lathe(np.array([[0.0, -half], [r, -half], [r, half], [0.0, half]]))
+    a = np.linspace(0.0, 0.5 * np.pi, ROUND // 4 + 1)
+    top = np.stack([r * np.sin(a), half + r * np.cos(a)], 1)
+    return _lathe(np.concatenate([top * [1.0, -1.0], top[::-1]]))
 
 
 def corners_of(shape: Shape) -> tuple[Floats, Floats]:
@@ -80,16 +86,6 @@ def _ball() -> tuple[Floats, NDArray[np.int64]]:
     """A unit sphere of rings, scaled so that its outline covers a circle's area."""
     angles = np.linspace(0.0, np.pi, ROUND // 2 + 1)
     return _lathe(_swelling() * np.stack([np.sin(angles), -np.cos(angles)], 1))
-
-
-def _turned(radius: float, length: float, *, rounded: bool) -> tuple[Floats, NDArray[np.int64]]:
-    """A cylinder or a capsule along z."""
-    r, half = radius * _swelling(), 0.5 * length
-    if not rounded:
-        return _lathe(np.array([[0.0, -half], [r, -half], [r, half], [0.0, half]]))
-    a = np.linspace(0.0, 0.5 * np.pi, ROUND // 4 + 1)
-    top = np.stack([r * np.sin(a), half + r * np.cos(a)], 1)
-    return _lathe(np.concatenate([top * [1.0, -1.0], top[::-1]]))
 
 
 def _swelling() -> float:

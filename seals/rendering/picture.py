@@ -45,7 +45,6 @@ class Renderer(Protocol):
         Raises:
             SealsError: the scene cannot be drawn, or a package or device is missing.
         """
-        ...
 
     def render(
         self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool = False
@@ -58,8 +57,6 @@ class Renderer(Protocol):
             lens: of all cameras.
             normals: whether normals are wanted.
         """
-        ...
 
     def close(self) -> None:
         """Release memory and devices; a second call does nothing."""
-        ...

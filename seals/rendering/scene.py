@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 
 NOTHING = "nothing"
 """Name of what a ray meets that meets nothing; always the first of a scene."""
@@ -81,10 +81,7 @@ class Scene(NamedTuple):
         Raises:
             ConfigError: there is no such part.
         """
-        if name not in self.names:
-            raise ConfigError(
-                f"'{name}' is not in the scene.\n{suggestion(name, self.names, label='Parts')}"
-            )
+        refuse_unlisted(name, self.names, f"'{name}' is not in the scene", label="Parts")
         return self.names.index(name)
 
 
@@ -112,10 +109,7 @@ def check_scene(scene: Scene) -> None:
         ConfigError: a shape is of an unknown kind, or its numbers do not fit.
     """
     for k, shape in enumerate(scene.shapes):
-        if shape.kind not in SIZES:
-            raise ConfigError(
-                f"shape {k} is a '{shape.kind}'.\n{suggestion(shape.kind, SIZES, label='Kinds')}"
-            )
+        refuse_unlisted(shape.kind, SIZES, f"shape {k} is a '{shape.kind}'", label="Kinds")
         right = len(shape.size) == SIZES[shape.kind] and all(0.0 < x < np.inf for x in shape.size)
         if not right:
             raise ConfigError(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted
 from seals.hydrostatics import (
     Hull,
     HullBox,
@@ -38,8 +38,7 @@ def build_robot(settings: RobotSettings, urdf: Urdf | None = None) -> RobotModel
     urdf = urdf or read_urdf(settings.urdf_path)
     names = [link.name for link in urdf.links]
     for link in settings.hulls:
-        if link not in names:
-            raise RobotError(f"robot.hulls: there is no link '{link}'.\n{suggestion(link, names)}")
+        refuse_unlisted(link, names, f"robot.hulls: there is no link '{link}'", error=RobotError)
     hulls = tuple(_hull(settings, name) for name in names)
     tree, joints = _tree(urdf, settings.fixed_base)
     moving = [j for j in urdf.joints if j.moves]

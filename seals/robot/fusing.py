@@ -37,7 +37,13 @@ def fused(
     Raises:
         ConfigError: the number of joint values is wrong, or a kept link does not exist.
     """
-    _refuse_unfit(robot, joints, keep)
+    # refuse a wrong number of joint values, and links that the robot lacks
+    unknown = sorted(set(keep) - set(robot.links))
+    if unknown or len(joints) != robot.tree.joints:
+        raise ConfigError(
+            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
+            f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
+        )
     held = np.array([joints], dtype=float)
     free = [j for j, name in enumerate(robot.joints) if name in moving]
     held[:, free] = 0.0
@@ -64,16 +70,6 @@ def fused(
         has_collision=(False,) * len(kept),
         held=not free,
     )
-
-
-def _refuse_unfit(robot: RobotModel, joints: Sequence[float], keep: Collection[str]) -> None:
-    """Refuse a wrong number of joint values, and links that the robot lacks."""
-    unknown = sorted(set(keep) - set(robot.links))
-    if unknown or len(joints) != robot.tree.joints:
-        raise ConfigError(
-            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
-            f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
-        )
 
 
 def _tree_of(tree: Tree, kept: list[int], free: list[int], origins: Floats, turns: Floats) -> Tree:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted, suggestion
 from seals.robot.settings import ArmSettings, GripperSettings, LegSettings
 
 
@@ -57,8 +57,7 @@ class Gripper:
             array([0.25])
         """
         share = min(max(grip, 0.0), 1.0)
-        values: Floats = self.open + share * (self.closed - self.open)
-        return values
+        return self.open + share * (self.closed - self.open)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -163,21 +162,22 @@ def _joints(where: str, wanted: Sequence[str], joints: Sequence[str]) -> tuple[i
             f"{where}.joints is empty.\n{suggestion('', joints, label='Movable joints')}"
         )
     for name in wanted:
-        if name not in joints:
-            raise RobotError(
-                f"{where}.joints: there is no movable joint '{name}'.\n"
-                f"{suggestion(name, joints, label='Movable joints')}"
-            )
+        refuse_unlisted(
+            name,
+            joints,
+            f"{where}.joints: there is no movable joint '{name}'",
+            label="Movable joints",
+            error=RobotError,
+        )
     if len(set(wanted)) < len(wanted):
         raise RobotError(f"{where}.joints={list(wanted)} names a joint twice.\nName each once.")
     return tuple(list(joints).index(name) for name in wanted)
 
 
 def _link(where: str, wanted: str, links: Sequence[str]) -> int:
-    if wanted not in links:
-        raise RobotError(
-            f"{where}: there is no link '{wanted}'.\n{suggestion(wanted, links, label='Links')}"
-        )
+    refuse_unlisted(
+        wanted, links, f"{where}: there is no link '{wanted}'", label="Links", error=RobotError
+    )
     return list(links).index(wanted)
 
 

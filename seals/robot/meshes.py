@@ -56,7 +56,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
                 if "://" in name:
                     advice += "\nTo copy it from its package: seals new robot NAME urdf=FILE"
                 raise RobotError(f"{where} does not exist.\n{advice}")
-            refuse_huge_mesh(where, target)
+            _refuse_huge_mesh(where, target)
             refuse_strange_format(target, where)
 
 
@@ -83,7 +83,7 @@ def _root(folder: Path) -> Path:
     return shipped if folder.is_relative_to(shipped) else folder
 
 
-def refuse_huge_mesh(where: str, target: Path) -> None:
+def _refuse_huge_mesh(where: str, target: Path) -> None:
     """Refuse a mesh that is truncated, or whose real or declared size is too large."""
     size = declared = target.stat().st_size
     if target.suffix.lower() == ".stl" and size >= 84:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TypeAlias
 from xml.etree import ElementTree
 
-from seals.errors import RobotError, printable, suggestion
+from seals.errors import RobotError, printable, refuse_unlisted
 from seals.robot.macros import holds_macros
 
 Element: TypeAlias = "ElementTree.Element[str]"
@@ -50,7 +50,13 @@ def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
     if shapes > MOST_SHAPES:
         raise RobotError(f"{where} has {shapes:,} shapes.\nAllowed: up to {MOST_SHAPES:,}.")
     for element in (root, *links, *joints):
-        _plain_name(where, element)
+        # refuse a name that could begin a line, or be looked up, where it is written to
+        name = element.get("name", "")
+        if not name.isprintable() or "${" in name or len(name) > _MOST_NAME:
+            raise RobotError(
+                f"{where}: a {element.tag} is named '{printable(name[:60])}'.\n"
+                f"Allowed: up to {_MOST_NAME} printable signs on one line, without '${{'."
+            )
     for kind, elements in (("link", links), ("joint", joints)):
         _unique(where, kind, elements)
     for link in links:
@@ -80,16 +86,6 @@ def _parsed(where: str, text: str) -> Element:
             "A robot folder holds a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
-
-
-def _plain_name(where: str, element: Element) -> None:
-    """Refuse a name that could begin a line, or be looked up, where it is written to."""
-    name = element.get("name", "")
-    if not name.isprintable() or "${" in name or len(name) > _MOST_NAME:
-        raise RobotError(
-            f"{where}: a {element.tag} is named '{printable(name[:60])}'.\n"
-            f"Allowed: up to {_MOST_NAME} printable signs on one line, without '${{'."
-        )
 
 
 def _unique(where: str, kind: str, elements: list[Element]) -> None:
@@ -146,8 +142,7 @@ def _joint(where: str, joint: Element, *, endless: bool) -> None:
         if element is None or not element.get("link"):
             raise RobotError(f"{where} has no {end} link.\nGive it: <{end} link=...>.")
     kind = joint.get("type", "")
-    if kind not in JOINT_TYPES:
-        raise RobotError(f"{where} has the type '{kind}'.\n{suggestion(kind, JOINT_TYPES)}")
+    refuse_unlisted(kind, JOINT_TYPES, f"{where} has the type '{kind}'", error=RobotError)
     _origin(where, joint)
     axis, limit = joint.find("axis"), joint.find("limit")
     if axis is not None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted, suggestion
 from seals.robot.meshes import refuse_bad_meshes, refuse_names_elsewhere
 from seals.robot.structure import check_structure
 
@@ -200,8 +200,7 @@ def _joint(path: Path, joint: Any) -> UrdfJoint:
     """One joint, checked."""
     where = f"URDF {path}: joint '{joint.name}'"
     kind = str(joint.type)
-    if kind not in (*_MOVING, "fixed"):
-        raise RobotError(f"{where} has the type '{kind}'.\n{suggestion(kind, [*_MOVING, 'fixed'])}")
+    refuse_unlisted(kind, [*_MOVING, "fixed"], f"{where} has the type '{kind}'", error=RobotError)
     pose = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
     axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     length = float(np.linalg.norm(axis))

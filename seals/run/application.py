@@ -149,7 +149,14 @@ def _run_into(
     watching.append(checkpoints)
 
     def begin() -> None:
-        found = _facts(settings, overrides, original, cut)
+        found = {
+            "name": settings.name,
+            "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
+            "overrides": overrides,
+            "repeat_of": None if original is None else str(original),
+            "resume_of": None if cut is None else str(cut),
+            **provenance(settings),
+        }
         facts.update({RUN_ID: id_of_log(folder) or new_id(), **found})
         write_start(folder, facts)
 
@@ -182,19 +189,6 @@ def _run_into(
         checkpoints.clear()
     _say(record, settings, remarks, report)
     return record
-
-
-def _facts(
-    settings: RunSettings, overrides: list[str], original: Path | None, cut: Path | None
-) -> dict[str, Any]:
-    return {
-        "name": settings.name,
-        "started": datetime.datetime.now().astimezone().isoformat(timespec="seconds"),
-        "overrides": overrides,
-        "repeat_of": None if original is None else str(original),
-        "resume_of": None if cut is None else str(cut),
-        **provenance(settings),
-    }
 
 
 def _refuse_company(overrides: list[str], key: str) -> None:

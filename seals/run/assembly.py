@@ -17,10 +17,8 @@ from seals.control.plant import build_plant
 from seals.control.protocols import GuideOptions
 from seals.effects.binding import EffectSet, bind_effects
 from seals.errors import ConfigError, suggestion
-from seals.frames import quaternion_of_rpy
 from seals.plugin_options import options_of
 from seals.robot.build import build_robot
-from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.run.hover_trim import carrying
 from seals.run.immersed import (
@@ -32,7 +30,7 @@ from seals.run.immersed import (
     surroundings,
     without,
 )
-from seals.run.objects import add_objects, object_configuration
+from seals.run.objects import add_objects, stated_configuration
 from seals.run.settings import DriveStart, RunSettings
 from seals.run.sight import open_cameras
 from seals.world import Actor, World
@@ -83,7 +81,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
     """
     robot, effects = build_model(settings)
     check_gains(robot, effects, settings.time.step)
-    check_step(settings, robot)
+    _check_step(settings, robot)
     steps = step_count(settings)
     settings.backend.open(surroundings(settings), settings.time.step)
     actor = Actor(
@@ -111,7 +109,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
         watch=watch,
     )
     places = {
-        name: object_configuration(name, settings.objects[name], thing.robot)
+        name: stated_configuration(f"objects.{name}", settings.objects[name], thing.robot)
         for name, thing in objects.items()
     }
     start = initial_configuration(settings, robot)
@@ -129,19 +127,7 @@ def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
     """
     if settings.guide is None:
         return None
-    _refuse_blind(settings)
-    check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
-    return Pilot(
-        build_plant(actor.robot, plant_effects(settings, actor), settings.environment),
-        settings.controller,
-        settings.guide,
-        volume=actor.evaluator.surroundings.volume,
-        step=settings.time.step,
-    )
-
-
-def _refuse_blind(settings: RunSettings) -> None:
-    """Refuse a guide without the sensors that it names."""
+    # refuse a guide without the sensors that it names
     asked = options_of(settings.guide, GuideOptions).sensors
     missing = [name for name in asked if name not in settings.sensors]
     if missing:
@@ -152,6 +138,14 @@ def _refuse_blind(settings: RunSettings) -> None:
             f"Add object and sensors, as experiment=grasp_lift does.  "
             f"{suggestion(missing[0], settings.sensors, label='Sensors')}"
         )
+    check_sense(settings.controller.sense, {n: s.channels() for n, s in actor.sensors.items()})
+    return Pilot(
+        build_plant(actor.robot, plant_effects(settings, actor), settings.environment),
+        settings.controller,
+        settings.guide,
+        volume=actor.evaluator.surroundings.volume,
+        step=settings.time.step,
+    )
 
 
 def build_twin(
@@ -208,39 +202,12 @@ def initial_configuration(settings: RunSettings, robot: RobotModel) -> Configura
         ConfigError: the numbers of joint values and of joints differ.
     """
     initial = settings.initial
-    quaternion = quaternion_of_rpy(np.asarray([initial.rpy], dtype=float))
-    turn, count = _matrix(quaternion), robot.tree.joints
-    joints = _joint_values("joint_position", initial.joint_position, robot)
-    rates = _joint_values("joint_velocity", initial.joint_velocity, robot)
-    return Configuration(
-        position=np.asarray(initial.position, dtype=float),
-        quaternion=quaternion[0],
-        velocity=np.asarray(initial.velocity, dtype=float),
-        angular_velocity=turn @ np.asarray(initial.angular_velocity, dtype=float),
-        joints=standing(robot.legs, count) if joints is None else joints,
-        joint_velocity=np.zeros(count) if rates is None else rates,
-    )
+    return stated_configuration("initial", initial, robot, initial.joint_velocity)
 
 
 def step_count(settings: RunSettings) -> int:
     """Return the number of steps of a run."""
     return max(1, round(settings.time.duration / settings.time.step))
-
-
-def _matrix(quaternion: Any) -> Any:
-    from seals.frames import matrix_of
-
-    return matrix_of(quaternion)[0]
-
-
-def _joint_values(key: str, values: list[float], robot: RobotModel) -> Any:
-    if values and len(values) != robot.tree.joints:
-        raise ConfigError(
-            f"initial.{key} has {len(values)} values, "
-            f"robot '{robot.name}' has {robot.tree.joints} joints.\n"
-            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
-        )
-    return np.asarray(values, dtype=float) if values else None
 
 
 PERIODS = 2.0
@@ -251,7 +218,7 @@ third as often, it no longer does (the manipulator's at 125 Hz: 16 ms is calm, 3
 """
 
 
-def check_step(settings: RunSettings, robot: RobotModel) -> None:
+def _check_step(settings: RunSettings, robot: RobotModel) -> None:
     """Refuse a step that is too long for the controller or for a spring.
 
     What these bounds do not see, such as steep drag, is refused while it runs, when the motion

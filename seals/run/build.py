@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from seals.config.build import build, typed_entries
 from seals.config.checks import refuse_unknown
+from seals.config.compose import compose
 from seals.config.overlay import read_overlay
 from seals.config.plugin_lookup import plugin_name
 from seals.config.refusal import refusals
@@ -71,6 +73,22 @@ def build_run(config: Any) -> RunSettings:
     settings = RunSettings(**_with_model(config, values))
     _check(settings)
     return settings
+
+
+def run_settings(overrides: Sequence[str] = ()) -> RunSettings:
+    """Return the settings of a run from the overrides that ``seals run`` takes.
+
+    Args:
+        overrides: such as ``["robot=ball", "time.step=0.001"]``.
+
+    Raises:
+        SealsError: an override is wrong, or a value is missing or not allowed.
+
+    Example:
+        >>> run_settings(["robot=ball", "time.step=0.001"]).time.step
+        0.001
+    """
+    return build_run(compose(overrides))
 
 
 def _instance(name: Any, section: str) -> str:

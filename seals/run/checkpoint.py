@@ -109,7 +109,13 @@ def write_checkpoint(folder: Path, world: World, books: Any) -> None:
         with room(folder):
             beside.mkdir(parents=True)
             _write(beside, world, books)
-            _take_place(beside, folder)
+            # replace the last checkpoint by a complete new one, by renaming
+            before = _before(folder)
+            if folder.exists():
+                shutil.rmtree(before, ignore_errors=True)
+                folder.rename(before)
+            beside.rename(folder)
+            shutil.rmtree(before, ignore_errors=True)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
@@ -139,16 +145,6 @@ def _write(beside: Path, world: World, books: Any) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
-
-
-def _take_place(beside: Path, folder: Path) -> None:
-    """Replace the last checkpoint by a complete new one, by renaming."""
-    before = _before(folder)
-    if folder.exists():
-        shutil.rmtree(before, ignore_errors=True)
-        folder.rename(before)
-    beside.rename(folder)
-    shutil.rmtree(before, ignore_errors=True)
 
 
 def _before(folder: Path) -> Path:

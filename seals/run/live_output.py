@@ -26,15 +26,12 @@ class LiveOutput(Protocol):
         Raises:
             SealsError: an address cannot be had, or a package is missing.
         """
-        ...
 
     def tick(self, world: World) -> None:
         """Send the world after a step, and take what has arrived."""
-        ...
 
     def close(self) -> None:
         """Release connections and files."""
-        ...
 
 
 class Pace:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.fluid import Fluid
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
@@ -25,7 +25,7 @@ from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
 from seals.run.immersed import owned, owners
 from seals.run.object_settings import ObjectSettings
-from seals.run.settings import RunSettings
+from seals.run.settings import InitialSettings, RunSettings
 from seals.schema import read
 from seals.world import Actor
 from seals.world.pilot import Pilot
@@ -58,7 +58,7 @@ def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[
             fluid=settings.fluid,
             repeats=repeats,
         )
-        animate(name, thing, found, settings, actor)
+        _animate(name, thing, found, settings, actor)
         actors[name] = actor
     return actors
 
@@ -87,7 +87,12 @@ def build_object(
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
     own = _own_effects(name, found, settings)
     if moves(settings, found):
-        own |= _actuators(name, found)
+        own |= {
+            key: build_from_values(
+                "actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}"
+            )
+            for key, (plugin, values) in found.parts.get("actuators", {}).items()
+        }
     if fluid is not None:
         own = {key: effect for key, effect in own.items() if not owned(effect, fluid)}
     effects |= own
@@ -110,28 +115,42 @@ def object_robot(found: RobotFile) -> RobotSettings:
     return read(RobotSettings, values, where=f"robot '{s.name}'")
 
 
-def object_configuration(name: str, settings: ObjectSettings, robot: RobotModel) -> Configuration:
-    """Return the initial configuration of an object.
+def stated_configuration(
+    where: str,
+    stated: InitialSettings | ObjectSettings,
+    robot: RobotModel,
+    rates: Sequence[float] = (),
+) -> Configuration:
+    """Return the configuration in which a run, or one of its objects, starts.
+
+    Args:
+        where: key of the settings, for refusals.
+        stated: the settings.
+        robot: model of the robot or object.
+        rates: of its joints; none for zeros [rad/s or m/s].
 
     Raises:
         ConfigError: the numbers of joint values and of joints differ.
     """
+    position = np.asarray(stated.joint_position, dtype=float)
+    rate = np.asarray(rates, dtype=float)
     joints = robot.tree.joints
-    if settings.joint_position and len(settings.joint_position) != joints:
-        raise ConfigError(
-            f"objects.{name}.joint_position has {len(settings.joint_position)} values, "
-            f"'{robot.name}' has {joints} joints.\n"
-            f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
-        )
-    quaternion = quaternion_of_rpy(np.asarray([settings.rpy], dtype=float))
+    for key, values in (("joint_position", position), ("joint_velocity", rate)):
+        if values.size not in (0, joints):
+            raise ConfigError(
+                f"{where}.{key} has {values.size} values, "
+                f"robot '{robot.name}' has {joints} joints.\n"
+                f"Joints in order: {', '.join(robot.joints) or '(none)'}; leave it empty for zeros."
+            )
+    quaternion = quaternion_of_rpy(np.asarray([stated.rpy], dtype=float))
     turn = matrix_of(quaternion)[0]
     return Configuration(
-        position=np.asarray(settings.position, dtype=float),
+        position=np.asarray(stated.position, dtype=float),
         quaternion=quaternion[0],
-        velocity=np.asarray(settings.velocity, dtype=float),
-        angular_velocity=turn @ np.asarray(settings.angular_velocity, dtype=float),
-        joints=np.asarray(settings.joint_position or standing(robot.legs, joints), dtype=float),
-        joint_velocity=np.zeros(joints),
+        velocity=np.asarray(stated.velocity, dtype=float),
+        angular_velocity=turn @ np.asarray(stated.angular_velocity, dtype=float),
+        joints=position if position.size else standing(robot.legs, joints),
+        joint_velocity=rate if rate.size else np.zeros(joints),
     )
 
 
@@ -139,11 +158,11 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
     """Effects of the object's folder, with values that the run overrides."""
     parts = found.parts.get("effects", {})
     for key in settings.effects:
-        if key not in parts:
-            raise ConfigError(
-                f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'.\n"
-                f"{suggestion(str(key), list(parts))}"
-            )
+        refuse_unlisted(
+            str(key),
+            parts,
+            f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'",
+        )
     out: dict[str, Effect] = {}
     for key, (plugin, values) in parts.items():
         where = f"objects.{name}.effects.{key}"
@@ -151,16 +170,6 @@ def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[
             "effect", plugin, values, settings.effects.get(key) or {}, where=where
         )
     return out
-
-
-def _actuators(name: str, found: RobotFile) -> dict[str, Effect]:
-    """Actuators of the object's folder."""
-    return {
-        key: build_from_values(
-            "actuator", plugin, values, {}, where=f"objects.{name}.actuators.{key}"
-        )
-        for key, (plugin, values) in found.parts.get("actuators", {}).items()
-    }
 
 
 def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:
@@ -179,7 +188,7 @@ def moves(settings: ObjectSettings, found: RobotFile) -> bool:
     return settings.guide is not None or "guide" in found.parts
 
 
-def animate(
+def _animate(
     name: str, thing: ObjectSettings, found: RobotFile, settings: RunSettings, actor: Actor
 ) -> None:
     """Attach guide and controller to an object that has a guide.

@@ -50,7 +50,6 @@ class Recorder(Protocol):
 
     def record(self, moment: Moment) -> None:
         """Record an instant."""
-        ...
 
     def snapshot(self) -> Any:
         """Return a copy or a view of what was recorded so far; None where nothing is kept."""

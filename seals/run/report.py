@@ -84,7 +84,7 @@ def _overview(record: Record, settings: RunSettings) -> list[Block]:
         blocks.append(
             Paragraph(text="The run was interrupted; this is what there was.", tone="warn")
         )
-    return [*blocks, Facts(values=key_figures(record, settings)), *_clipped(record, settings)]
+    return [*blocks, Facts(values=_key_figures(record, settings)), *_clipped(record, settings)]
 
 
 def _clipped(record: Record, settings: RunSettings) -> list[Block]:
@@ -101,7 +101,7 @@ def _clipped(record: Record, settings: RunSettings) -> list[Block]:
     return found
 
 
-def key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
+def _key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
     """Return the key figures of a run."""
     log = record.log
     end, touch = float(log.time[-1]), first_touch(record, settings)

@@ -101,7 +101,12 @@ def simulate(
         SealsError: the run cannot start.
     """
     steps = step_count(settings)
-    _refuse_endless(settings, steps)
+    if steps > MOST_STEPS:
+        raise ConfigError(
+            f"time.duration={settings.time.duration:g} at time.step={settings.time.step:g} makes "
+            f"{steps:,} steps.\n"
+            f"Allowed: up to {MOST_STEPS:,} steps in one run; take a longer step or several runs."
+        )
     with stoppable():
         world = build_world(settings)
         try:
@@ -282,12 +287,3 @@ def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
     columns = recorder.columns() | objects.columns(recorder.rows)
     columns |= books.aims.columns(recorder.rows) | books.commands.columns(recorder.rows)
     return Log(name=settings.name, columns=columns, meta=meta, source="simulated by SEALS")
-
-
-def _refuse_endless(settings: RunSettings, steps: int) -> None:
-    if steps > MOST_STEPS:
-        raise ConfigError(
-            f"time.duration={settings.time.duration:g} at time.step={settings.time.step:g} makes "
-            f"{steps:,} steps.\n"
-            f"Allowed: up to {MOST_STEPS:,} steps in one run; take a longer step or several runs."
-        )

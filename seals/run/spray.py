@@ -143,8 +143,7 @@ class Spray:
 
 def _share(values: Floats, bounds: tuple[float, float]) -> Floats:
     low, high = bounds
-    out: Floats = (np.clip(values, low, high) - low) / (high - low)
-    return out
+    return (np.clip(values, low, high) - low) / (high - low)
 
 
 def drop_mesh(drops: Droplets) -> tuple[Floats, NDArray[np.int64]]:

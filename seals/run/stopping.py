@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,19 +15,31 @@ ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(sig
 @contextmanager
 def stoppable() -> Iterator[None]:
     """Make the signals of `ENDING` raise KeyboardInterrupt inside the block; main thread only."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
 
     def stop(number: int, frame: Any) -> None:
         raise KeyboardInterrupt
 
-    before = {number: signal.signal(number, stop) for number in ending()}
+    with handled(stop, ending()):
+        yield
+
+
+@contextmanager
+def handled(
+    handler: Callable[[int, Any], None], numbers: Iterable[signal.Signals]
+) -> Iterator[None]:
+    """Give signals to a handler inside the block; main thread only, elsewhere nothing changes.
+
+    Args:
+        handler: takes the number of the signal and the frame.
+        numbers: of the signals.
+    """
+    main = threading.current_thread() is threading.main_thread()
+    before = {number: signal.signal(number, handler) for number in numbers if main}
     try:
         yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, former in before.items():
+            signal.signal(number, former)
 
 
 def ending() -> list[signal.Signals]:

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.structure import numbers
 from seals.scaffold.plug_in_values import last_name
@@ -51,10 +51,9 @@ class _Frames(NamedTuple):
         """Return the pose of a frame in the model, shape (4, 4)."""
         if name in ("", "__model__", "world"):
             return np.eye(4)
-        if name not in self.poses:
-            raise RobotError(
-                f"{self.where}: the frame '{name}' does not exist.\n{suggestion(name, self.poses)}"
-            )
+        refuse_unlisted(
+            name, self.poses, f"{self.where}: the frame '{name}' does not exist", error=RobotError
+        )
         if depth > _DEEPEST_FRAME:
             raise RobotError(
                 f"{self.where}: the frame '{name}' is given relative to itself.\n"
@@ -248,10 +247,9 @@ def _frames_link(frames: _Frames, name: str, links: list[str]) -> str:
         if name in links or name not in frames.poses:
             break
         name = frames.carriers.get(name, frames.poses[name][0])
-    if name not in links:
-        raise RobotError(
-            f"{frames.where}: a joint names the link '{name}'.\n{suggestion(name, links)}"
-        )
+    refuse_unlisted(
+        name, links, f"{frames.where}: a joint names the link '{name}'", error=RobotError
+    )
     return name
 
 

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted
 from seals.frames import matrix_of, quaternion_of_rpy
 
 Element: TypeAlias = "ElementTree.Element[str]"
@@ -73,10 +73,9 @@ def refuse_unknown(said: str, what: str, name: str, known: Collection[str]) -> N
     Raises:
         RobotError: what is `said` names it.
     """
-    if name not in known:
-        raise RobotError(
-            f"{said} names the {what} '{name}', which does not exist.\n{suggestion(name, known)}"
-        )
+    refuse_unlisted(
+        name, known, f"{said} names the {what} '{name}', which does not exist", error=RobotError
+    )
 
 
 def end_of(joint: Element, which: str) -> str:

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, suggestion
+from seals.errors import RobotError, refuse_unlisted
 from seals.scaffold.plug_in_values import (
     finite,
     fluid_density,
@@ -98,10 +98,9 @@ def _fin(plugin: ElementTree.Element, model: ElementTree.Element, said: str) -> 
     kind = text_of(model, "type")
     link = text_of(plugin, "link_name")
     keys = {"Quadratic": ("lift_constant", "drag_constant"), "TwoLines": ("cla", "area")}
-    if kind not in keys:
-        raise RobotError(
-            f"{said}: the type '{kind[:40]}' of its lift is not known.\n{suggestion(kind, keys)}"
-        )
+    refuse_unlisted(
+        kind, keys, f"{said}: the type '{kind[:40]}' of its lift is not known", error=RobotError
+    )
     first, second = (finite(text_of(model, tag), f"{said}: {tag}") for tag in keys[kind])
     density = fluid_density(model, said)
     area, drag, left = first * second, 0.0, ""

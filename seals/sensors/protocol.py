@@ -78,11 +78,9 @@ class Sensor(Protocol):
 
     def channels(self) -> dict[str, int]:
         """Return the channel names of the native log and their numbers of components."""
-        ...
 
     def start(self, rng: np.random.Generator) -> Any:
         """Return the initial state."""
-        ...
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
@@ -97,4 +95,3 @@ class Sensor(Protocol):
             rng: random state.
             due: whether a reading is wanted now; filters advance in either case.
         """
-        ...

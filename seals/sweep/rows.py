@@ -52,7 +52,7 @@ class Row:
             return self.words[key]
         stem, _, place = key.rpartition(".")
         listed = self.words.get(stem)
-        return place_of(listed, place) if place.isdigit() else None
+        return _place_of(listed, place) if place.isdigit() else None
 
 
 def find_rows(folder: Path) -> list[Row]:
@@ -132,11 +132,11 @@ def _words(place: Path, facts: Mapping[str, Any]) -> list[str]:
     return [str(word) for word in found] if isinstance(found, list) else []
 
 
-def place_of(value: Value, place: str) -> Value:
+def _place_of(value: Value, place: str) -> Value:
     """Return one element of a value that is a list; None for others.
 
     Example:
-        >>> place_of("[0, 0, 1]", "2"), place_of("[[1,2],[3,4]]", "1"), place_of(0.5, "0")
+        >>> _place_of("[0, 0, 1]", "2"), _place_of("[[1,2],[3,4]]", "1"), _place_of(0.5, "0")
         (1.0, '[3,4]', None)
     """
     if not (isinstance(value, str) and value.startswith("[") and value.endswith("]")):
@@ -149,7 +149,7 @@ def column_of(columns: Mapping[str, Sequence[Value]], key: str) -> Sequence[Valu
     """Return a column, or one element of a column of lists; None where there is neither."""
     stem, _, place = key.rpartition(".")
     if key not in columns and stem in columns and place.isdigit():
-        return [place_of(value, place) for value in columns[stem]]
+        return [_place_of(value, place) for value in columns[stem]]
     return columns.get(key)
 
 

@@ -24,11 +24,9 @@ class Device(Protocol):
         The list only ever grows at its end, by events that are not earlier than
         ``situation.time``.
         """
-        ...
 
     def close(self) -> None:
         """Release windows and devices."""
-        ...
 
 
 class Script:

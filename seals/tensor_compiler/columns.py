@@ -155,7 +155,7 @@ class Columns:
         if len(numbers) < 2:
             return columns
         whole = [x.meta["val"] for x in node.all_input_nodes]
-        joined = joined_type([x for x in whole if x.dtype != torch.bool])
+        joined = _joined_type([x for x in whole if x.dtype != torch.bool])
         copy = self.aten._to_copy.default
         return [
             x if kind in {torch.bool, joined} else self.call(copy, x, dtype=joined)
@@ -197,12 +197,12 @@ class Columns:
         return self.call(self.aten.mul.Tensor, *((one, other) if is_node(one) else (other, one)))
 
 
-def joined_type(values: Sequence[Tensor]) -> dtype:
+def _joined_type(values: Sequence[Tensor]) -> dtype:
     """Return PyTorch's result type; 0-dimensional tensors do not promote it.
 
     Example:
         >>> import torch
-        >>> joined_type([torch.zeros(2, dtype=torch.float32), torch.tensor(1.0).double()])
+        >>> _joined_type([torch.zeros(2, dtype=torch.float32), torch.tensor(1.0).double()])
         torch.float32
     """
     import torch

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import functools
+import operator
+import warnings
 import weakref
 from collections.abc import Callable, Hashable, Sequence
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from seals.arrays import deciding, undecided
+from seals.caches import use_private_compiler_cache
+from seals.errors import ConfigError
 from seals.pytree import filled, form_of, is_tensor, mapped, tensors
-from seals.tensor_compiler.compiling import compiled
 from seals.tensor_compiler.tracing import following, traced
 
 if TYPE_CHECKING:
     from torch import Tensor
+    from torch.fx import GraphModule
+
 
 _NUMBERS = count()
 _PIECES: weakref.WeakValueDictionary[int, Piece] = weakref.WeakValueDictionary()
@@ -43,7 +48,7 @@ class Fused:
 
     def __call__(self, *given: Any) -> Any:
         """Return the result of the law."""
-        given = mapped(given, lambda leaf: columnar(leaf) if is_tensor(leaf) else leaf)
+        given = mapped(given, lambda leaf: _columnar(leaf) if is_tensor(leaf) else leaf)
         form = form_of(given)
         if form not in self._pieces:
             self._pieces[form] = Piece(self._law, given)
@@ -76,7 +81,12 @@ class Piece:
     def __init__(self, law: Callable[..., Any], given: Any) -> None:
         import torch
 
-        rows = _apart(list(tensors(given)))
+        # copy tensors that occur twice: later calls may give different ones
+        seen: set[int] = set()
+        rows = []
+        for x in tensors(given):
+            rows.append(x.clone() if id(x) in seen else x)
+            seen.add(id(x))
         with torch.no_grad():
             # what a law prepares at its first call must not be prepared while it is followed
             with undecided():
@@ -121,16 +131,6 @@ class Piece:
         return [torch.empty_strided(a, b, dtype=c, device=d) for a, b, c, d in kinds]
 
 
-def _apart(rows: list[Tensor]) -> list[Tensor]:
-    """Copy tensors that occur twice: later calls may give different ones."""
-    seen: set[int] = set()
-    out = []
-    for x in rows:
-        out.append(x.clone() if id(x) in seen else x)
-        seen.add(id(x))
-    return out
-
-
 class _Place:
     """Origin of a tensor that a law returned."""
 
@@ -153,11 +153,11 @@ def _made(found: Any, given: Sequence[Tensor]) -> tuple[list[Tensor], Any]:
     for x in tensors(found):
         if id(x) not in places:
             places[id(x)] = _Place(len(made), given=False)
-            made.append(columnar(x).clone(memory_format=torch.preserve_format))
+            made.append(_columnar(x).clone(memory_format=torch.preserve_format))
     return made, mapped(found, lambda leaf: places.get(id(leaf), leaf))
 
 
-def columnar(x: Tensor) -> Tensor:
+def _columnar(x: Tensor) -> Tensor:
     """Return a tensor with its first axis fastest in memory, which is efficient on CPU and GPU.
 
     Tensors of one layout also keep a law in one piece, whoever made them.
@@ -182,3 +182,62 @@ def _operator() -> Any:
     )
     operator.register_fake(lambda number, given: _PIECES[number].empty())
     return torch.ops.seals.fused.default
+
+
+OWN = 64
+"""Parameters of its own that a row of a law may have before an accelerator's kernels stay small:
+each takes a register."""
+
+
+def compiled(graph: GraphModule, given: Sequence[Tensor]) -> Callable[..., Any]:
+    """Compile a traced function to kernels.
+
+    Raises:
+        ConfigError: PyTorch's compiler finds no C++ compiler, or does not run.
+    """
+    use_private_compiler_cache()
+    from torch._inductor import compile as inductor
+
+    try:
+        with warnings.catch_warnings():
+            # of the compiler's own parts, about one another
+            warnings.simplefilter("ignore", DeprecationWarning)
+            warnings.simplefilter("ignore", FutureWarning)
+            run: Callable[..., Any] = inductor(graph, list(given), _options(graph, given))
+    except (RuntimeError, OSError) as problem:
+        said = (str(problem).splitlines() or [type(problem).__name__])[0]
+        raise ConfigError(
+            f"fused: PyTorch's compiler failed: {said}\n"
+            "It needs a C++ compiler such as g++; an accelerator needs Triton as well.  "
+            "Or leave out backend.fused, or fused=True."
+        ) from problem
+    return run
+
+
+def _options(graph: GraphModule, given: Sequence[Tensor]) -> dict[str, Any]:
+    """Return compiler settings for columns of one length, those that it knows."""
+    from torch._inductor import config
+
+    # results are written side by side, not worked out again for every place of the whole
+    wanted = {"max_pointwise_cat_inputs": 0, "max_complex_pointwise_cat_inputs": 0}
+    if given[0].device.type == "cpu":
+        # what is used often is worked out once, and kernels are large enough to keep it in them
+        wanted |= {"realize_reads_threshold": 2, "realize_opcount_threshold": 10}
+        wanted["max_fusion_size"] = 256
+    else:
+        # the compiler's own choice is 64: larger kernels send less through memory, as long as
+        # registers hold what they need
+        wanted["max_fusion_size"] = 128 if held_by_row(graph, given) < OWN else 48
+    return {name: value for name, value in wanted.items() if hasattr(config, name)}
+
+
+def held_by_row(graph: GraphModule, given: Sequence[Tensor]) -> int:
+    """Return the number of values per batch row that a traced function holds in memory.
+
+    Rows may be held some at a time, one below the other; a table has other lengths.
+    """
+    rows = max((x.shape[0] for x in given if x.ndim and x.shape[0]), default=1)
+    names = {str(node.target) for node in graph.graph.find_nodes(op="get_attr")}
+    held: list[Tensor] = [operator.attrgetter(name)(graph) for name in names]
+    lengths = {rows * k for k in range(1, 17)}
+    return sum(x.numel() // rows for x in held if not lengths.isdisjoint(x.shape))

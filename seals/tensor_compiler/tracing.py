@@ -39,7 +39,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
     _FOLLOWING.append(True)
     try:
         with undecided(), torch.no_grad():
-            graph = without_writes(law, given)
+            graph = _without_writes(law, given)
     except RuntimeError as problem:
         if "tracing tensor" not in str(problem):
             raise
@@ -53,7 +53,7 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
     return tidied(graph, given[0].device)
 
 
-def without_writes(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphModule:
+def _without_writes(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphModule:
     """Return the graph of a function without in-place operations.
 
     PyTorch turns writes into new tensors only where it knows the tensors: those that are given. A

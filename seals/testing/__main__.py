@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from seals import registry
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import SealsError, refuse_unlisted
 from seals.testing import (
     check_backend,
     check_controller,
@@ -53,10 +53,7 @@ def main(arguments: Sequence[str]) -> int:
     """
     try:
         kind = arguments[0] if arguments else ""
-        if kind not in CHECKS:
-            raise ConfigError(
-                f"there is no check of kind '{kind}'.\n{suggestion(kind, CHECKS, label='Kinds')}"
-            )
+        refuse_unlisted(kind, CHECKS, f"there is no check of kind '{kind}'", label="Kinds")
         for name in arguments[1:] or registry.names(kind):
             print(CHECKS[kind](name).table(), flush=True)
     except SealsError as refusal:

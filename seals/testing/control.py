@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.plant import build_plant
 from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.testing.contract import call_twice, require, require_storable
 from seals.testing.declaration import build_declared
 from seals.world.pilot import Pilot
@@ -132,7 +131,7 @@ def _bound(
 
 def _course(robot: str) -> tuple[list[RobotState], Plant]:
     """Return situations of a robot that falls, turning, into water, and its plant."""
-    settings = build_run(compose([f"robot={robot}", *FALL]))
+    settings = run_settings([f"robot={robot}", *FALL])
     world = build_world(settings)
     actor = world.actors[ROBOT]
     plant = build_plant(actor.robot, actor.effects, settings.environment)

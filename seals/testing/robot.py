@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.testing.contract import require
 
 
@@ -51,7 +50,7 @@ def check_robot(robot: str | Path) -> RobotReport:
         ContractError: a mass, an inertia, a joint or a hull cannot be; also an AssertionError.
         SealsError: the folder cannot be composed or built.
     """
-    settings = build_run(compose([f"robot={robot}", "water=fossen"]))
+    settings = run_settings([f"robot={robot}", "water=fossen"])
     model = build_robot(settings.robot)
     bind_effects(settings.effects, model.links)
     name = settings.robot.name

@@ -91,7 +91,7 @@ def check_sensor(
     _check_seed(name, make, place, seed)
     channels = made.channels()
     figures = check_inertial(name, make, seed=seed) if channels == INERTIAL else {}
-    figures |= check_delivery(name, make, lambda k: _moving(k, place), seed=seed)
+    figures |= _check_delivery(name, make, lambda k: _moving(k, place), seed=seed)
     return SensorReport(name=name, channels=channels, figures=figures)
 
 
@@ -206,7 +206,7 @@ SIGMAS = 4.5
 STEP = 0.004
 
 
-def check_delivery(
+def _check_delivery(
     name: str, make: Callable[..., Sensor], instant: Callable[[int], SensorInput], *, seed: int
 ) -> dict[str, float]:
     """Check latency and dropouts of a sensor that declares them; return the measured values.

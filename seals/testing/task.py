@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.learn.task import Draw, Instant, Task, WorldTask
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.testing.contract import call_twice, require
 from seals.testing.declaration import build_declared
 
@@ -72,7 +71,7 @@ def check_task(
     for law in _LAWS:
         good = callable(getattr(made, law, None))
         require(good, name, f"has a value in place of the law {law}", "Name the field otherwise.")
-    model = build_robot(build_run(compose([f"robot={robot}"])).robot)
+    model = build_robot(run_settings([f"robot={robot}"]).robot)
     made.bind(model)
     actions, seen = len(made.action_names), len(made.observation_names)
     require(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, SealsError, refuse_unlisted
 from seals.logs.table import read_parquet
 from seals.rendering.scene import Poses
 from seals.run.build import build_run
@@ -43,7 +43,6 @@ class Show(Protocol):
             MissingExtra: a package is missing.
             ConfigError: the address cannot be listened on.
         """
-        ...
 
 
 class Session:
@@ -133,8 +132,7 @@ class Session:
         """
         known = {s.key: s for s in self.sliders}
         for key, value in changes.items():
-            if key not in known:
-                raise ConfigError(f"there is no slider '{key}'.\n{suggestion(key, known)}")
+            refuse_unlisted(key, known, f"there is no slider '{key}'")
             low, high = known[key].low, known[key].high
             if not (math.isfinite(value) and low <= value <= high):
                 raise ConfigError(f"{key}={value} is not allowed.\nAllowed: {low:g} to {high:g}")

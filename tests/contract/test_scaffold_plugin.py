@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
 from seals.testing import check_controller, check_effect, check_guide, check_sensor, check_task
@@ -46,7 +45,7 @@ def test_a_new_effect_keeps_its_contract(packaged: Install, pebble: Path) -> Non
     report = check_effect("whirl", steps=(0.004, 0.001), cases=[Case(("surface",), False)])
     assert report.scenes[0].moved > 0.02
     added = ["+effect@effects.mine=whirl", "effects.mine.strength=2"]
-    assert build_run(compose([f"robot={pebble}", *added])).effects["mine"].strength == 2.0
+    assert run_settings([f"robot={pebble}", *added]).effects["mine"].strength == 2.0
 
 
 def test_the_printed_steps_install_what_they_call(
@@ -96,7 +95,7 @@ def test_a_new_plugin_of_control_flies(packaged: Install, kind: str, words: list
     """Beside one that ships, the guide's circle and the controller's place come within 10 cm."""
     packaged(kind, "my_own", {})
     around = ["robot=auv", "water=fossen", "initial.position=[0,0,-2]", "time.duration=12"]
-    record = simulate(build_run(compose([*words, *around, "time.step=0.008"])))
+    record = simulate(run_settings([*words, *around, "time.step=0.008"]))
     assert record.error is None
     (result,) = goal_results(record)
     assert result.distance < 0.1, str(result)

@@ -13,7 +13,7 @@ from seals.cli.main import main
 from seals.compare.application import settings_of
 from seals.config.compose import compose
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.sysid.candidates.experiment import candidate_set_of
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
@@ -32,14 +32,14 @@ def test_the_command_lists_it(site: Path) -> None:
 def test_its_effect_composes(coral: Path, pebble: Path) -> None:
     """One override adds the stranger's effect, typed and bounded."""
     added = ["+effect@effects.extra=vortex_shedding", "effects.extra.force_y=0.7"]
-    settings = build_run(compose([f"robot={pebble}", *added]))
+    settings = run_settings([f"robot={pebble}", *added])
     assert type(settings.effects["extra"]).__module__ == "coral_seals.effects"
     assert settings.effects["extra"].force_y == 0.7
 
 
 def test_its_robot_composes(coral: Path) -> None:
     """The stranger's robot is an option like any other, with an effect of its own package."""
-    settings = build_run(compose(["robot=reef_buoy", "water=fossen"]))
+    settings = run_settings(["robot=reef_buoy", "water=fossen"])
     assert set(settings.effects) == {"gravity", "buoyancy", "hull_drag", "wake"}
     assert settings.robot.urdf_path.is_file()
 
@@ -55,7 +55,7 @@ def test_its_robot_is_checked(coral: Path, capsys: pytest.CaptureFixture[str]) -
 
 def test_its_group_composes(coral: Path, pebble: Path) -> None:
     """The stranger's configuration group is found and can use its effects."""
-    settings = build_run(compose([f"robot={pebble}", "+site=lagoon"]))
+    settings = run_settings([f"robot={pebble}", "+site=lagoon"])
     assert settings.environment.tank_bottom == -4.0
     assert settings.effects["lagoon_wake"].force_y == 0.3
 

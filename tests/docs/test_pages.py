@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,6 @@ import pytest
 from seals.cli.main import VERBS
 
 ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
 from tests.docs.follow import follow, main, walk  # noqa: E402
 from tests.docs.pages import (  # noqa: E402
     OBSTACLES,

@@ -8,13 +8,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-# at the end: the installed package comes before the checkout
-sys.path.append(str(ROOT))
-from benchmarks.fault_cases import CASES  # noqa: E402  no part of the installed package
-from benchmarks.faults import reports, told  # noqa: E402  no part of the installed package
-
-sys.path.remove(str(ROOT))
+from benchmarks.fault_cases import CASES
+from benchmarks.faults import reports, told
 
 needs_shim = pytest.mark.skipif(
     not sys.platform.startswith("linux") or shutil.which("cc") is None,

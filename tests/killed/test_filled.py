@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,14 +13,8 @@ import numpy as np
 import pytest
 import yaml
 
+from benchmarks.fault_cases import CASES
 from seals.logs.table import read_parquet
-
-ROOT = Path(__file__).parents[2]
-# at the end: the installed package comes before the checkout
-sys.path.append(str(ROOT))
-from benchmarks.fault_cases import CASES  # noqa: E402  no part of the installed package
-
-sys.path.remove(str(ROOT))
 
 if TYPE_CHECKING:
     from tests.killed.conftest import Killer

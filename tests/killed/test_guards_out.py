@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
-# at the end: the installed package comes before the checkout
-sys.path.append(str(ROOT))
-from benchmarks.guards import GUARDS, held, unguarded  # noqa: E402  no part of the installed package
+from benchmarks.guards import GUARDS, held, unguarded
 
-sys.path.remove(str(ROOT))
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.killed

@@ -59,8 +59,7 @@ class Sitl:
         assert line.startswith(b"\n")
         assert line.endswith(b"\n")
         assert b" " not in line
-        state: dict[str, Any] = json.loads(line)
-        return state
+        return json.loads(line)
 
 
 def matrix(q: Vector) -> list[Vector]:

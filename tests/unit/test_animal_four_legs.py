@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from seals.api import load_robot
 from seals.config.compose import compose
 from seals.control import RobotState
 from seals.learn.world_hash import world_config
@@ -15,10 +16,9 @@ from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
 from seals.plugins.controllers.walking.support import LIGHT, Support
-from seals.robot.build import build_robot
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 
@@ -39,7 +39,7 @@ def taken(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     """Take a quadruped over."""
     parent = tmp_path_factory.mktemp("quadruped")
     folder = scaffold_robot("mine", VEHICLES / request.param, parent=parent).folder
-    robot = build_robot(build_run(compose([f"robot={folder}"])).robot)
+    robot = load_robot(folder)
     return Taken(folder, robot, anatomy_of(robot))
 
 
@@ -142,7 +142,7 @@ def test_a_quadruped_walks_as_fast_as_it_is_told(
     place = f"initial.position=[0,0,{height:.4f}]"
     gait = f"controller.pattern={pattern}"
     settings = [f"robot={taken.folder}", *words, place, f"time.duration={duration}", gait]
-    log = simulate(build_run(compose(settings))).log
+    log = simulate(run_settings(settings)).log
     path, (_, x, y, _) = log.channel("position"), log.channel("orientation").T
     late = log.time > 1.5
     gone = path[late][-1] - path[late][0]

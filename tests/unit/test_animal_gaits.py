@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import load_robot
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.controllers.walking import Gait, Oscillators, Pattern
@@ -13,14 +13,14 @@ from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import duty_of, phases_of
 from seals.plugins.controllers.walking.stride import cadence, toes_of
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 PLACES = np.array([[0.03, 0.06, -0.03], [0.0, 0.06, -0.03], [0.0, -0.06, -0.03]])
 
 
 def legs_of(name: str) -> Anatomy:
     """Return the legs of an animal."""
-    return anatomy_of(build_robot(build_run(compose([f"robot={name}"])).robot))
+    return anatomy_of(load_robot(name))
 
 
 def grounded(pattern: Pattern, name: str) -> np.ndarray:
@@ -109,7 +109,7 @@ def bound(gait: Gait | Oscillators) -> Gait | Oscillators:
     from seals.control.plant import build_plant
     from seals.effects.binding import bind_effects
 
-    settings = build_run(compose(["robot=crab"]))
+    settings = run_settings(["robot=crab"])
     robot = build_robot(settings.robot)
     effects = bind_effects({**settings.effects, **settings.actuators}, robot.links)
     gait.bind(build_plant(robot, effects, settings.environment))

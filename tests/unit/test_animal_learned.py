@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.config.compose import compose
 from seals.control import RobotState
 from seals.errors import ConfigError, SealsError
 from seals.learn.shipped import policy_folder, shipped
 from seals.plugins.guides.learned import Learned
-from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.assembly import ROBOT
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 pytest.importorskip("torchrl", reason="learning needs torch: pip install 'aam-seals[learn]'")
@@ -26,7 +26,7 @@ SEED = 2_000_000_003
 
 
 def _led(*words: str) -> Any:
-    return build_world(build_run(compose(["experiment=crab_learned", *words])))
+    return make(["experiment=crab_learned", *words])
 
 
 def _copy(folder: Path, **change: Any) -> Path:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 RECIPES = (
     "crab_walk",
@@ -30,7 +30,7 @@ TUNED = {
 @pytest.mark.parametrize("recipe", RECIPES)
 def test_a_recipe_begins_on_the_ground(recipe: str) -> None:
     """The animal neither falls by more than 5 mm nor is pushed out of the ground."""
-    world = build_world(build_run(compose([f"experiment={recipe}"])))
+    world = make([f"experiment={recipe}"])
     animal = next(actor for actor in world.actors.values() if actor.robot.legs)
     start = animal.body.read().position[2]
     for _ in range(40):
@@ -43,7 +43,7 @@ def test_a_recipe_begins_on_the_ground(recipe: str) -> None:
 @pytest.mark.parametrize(("recipe", "gait"), TUNED.items())
 def test_a_tuned_gait_walks(recipe: str, gait: str) -> None:
     """The values in conf/controller belong to the pattern generator, and it gets going."""
-    settings = build_run(compose([f"experiment={recipe}", f"controller={gait}", "guide.delay=0"]))
+    settings = run_settings([f"experiment={recipe}", f"controller={gait}", "guide.delay=0"])
     assert type(settings.controller).__name__ == "Oscillators"
     world = build_world(settings)
     body = world.actors["robot"].body

@@ -9,11 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from seals.config.compose import compose
+from seals.api import load_robot, make
 from seals.experiments.own_animal.make_beetle import beetle
-from seals.robot.build import build_robot
-from seals.run.assembly import build_world
-from seals.run.build import build_run
 from seals.scaffold.robot import scaffold_robot
 
 SHIPPED = Path(__file__).parents[2] / "experiments/own_animal/beetle_description/urdf/beetle.urdf"
@@ -22,8 +19,7 @@ SHIPPED = Path(__file__).parents[2] / "experiments/own_animal/beetle_description
 def made(folder: Path, text: str) -> Path:
     """Take a URDF over and return the robot's folder."""
     (folder / "beetle.urdf").write_text(text, encoding="utf-8")
-    found: Path = scaffold_robot("my_beetle", urdf=folder / "beetle.urdf", parent=folder).folder
-    return found
+    return scaffold_robot("my_beetle", urdf=folder / "beetle.urdf", parent=folder).folder
 
 
 def test_the_shipped_file_is_that_of_the_script() -> None:
@@ -43,7 +39,7 @@ def test_six_chains_of_three_are_legs(tmp_path: Path) -> None:
     assert "arms" not in entry
     assert entry["controller"]["controller"] == "gait"
     # a joint gives way by 0.07 rad under a third of the weight at the reach of the stance
-    robot = build_robot(build_run(compose([f"robot={tmp_path / 'my_beetle'}"])).robot)
+    robot = load_robot(tmp_path / "my_beetle")
     reach = entry["controller"]["stroke"] / 0.65
     torque = 9.81 * float(robot.mass.sum()) / 3.0 * reach
     assert entry["actuators"]["servos"]["kp_each"][0] == pytest.approx(torque / 0.07, rel=0.01)
@@ -61,7 +57,7 @@ def test_it_walks_at_once(tmp_path: Path) -> None:
     """The first gait makes the speed that is asked, upright."""
     folder = made(tmp_path, beetle())
     words = [f"robot={folder}", "guide=march", "guide.speed=0.2", "environment.ground_level=0"]
-    world = build_world(build_run(compose([*words, "initial.position=[0,0,0.065]"])))
+    world = make([*words, "initial.position=[0,0,0.065]"])
     body = world.actors["robot"].body
     for _ in range(400):
         world.step()

@@ -7,15 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.errors import ConfigError, RobotError
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 
 MADE = {"crab": 18, "sea_spider": 24}
@@ -25,7 +24,7 @@ ALLOWED = {"crab": set(), "sea_spider": {"links without collision"}}
 
 def run_of(name: str, *more: str) -> RunSettings:
     """Return the settings of a run with an animal."""
-    return build_run(compose([f"robot={name}", *more]))
+    return run_settings([f"robot={name}", *more])
 
 
 def toes(robot: RobotModel, joints: np.ndarray) -> np.ndarray:
@@ -103,7 +102,7 @@ def test_sides_and_ranks_of_the_legs() -> None:
 def test_a_gait_refuses_a_robot_without_legs() -> None:
     """The refusal says how legs are named."""
     with pytest.raises(ConfigError, match="has no legs, a gait has nothing to move"):
-        build_world(build_run(compose(["robot=aam", "controller=gait", "guide=freeze"])))
+        make(["robot=aam", "controller=gait", "guide=freeze"])
 
 
 def test_a_gait_refuses_legs_of_another_build() -> None:

@@ -17,15 +17,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.control import RobotState
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.logs.native import read_native
 from seals.plugins.controllers.channels import Channels
 from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.teleop.autopilot.ardupilot import ArduPilot
 from seals.teleop.autopilot.flight_state import FlightState, flight_state
 from seals.teleop.autopilot.track import Track, read_track
@@ -249,7 +249,7 @@ def test_a_channel_map_that_does_not_fit_is_refused(
     """Each in words."""
     monkeypatch.chdir(tmp_path)
     Track(np.array([1.0, 1.0]), np.zeros((2, 1))).write(tmp_path / "log.parquet")
-    settings = build_run(compose(["robot=auv", "water=fossen", "guide=external"]))
+    settings = run_settings(["robot=auv", "water=fossen", "guide=external"])
     settings.controller = Channels(**values)
     with pytest.raises(ConfigError, match=expected):
         build_world(settings)
@@ -263,7 +263,7 @@ def test_channels_move_what_the_map_says(tmp_path: Path) -> None:
     words = ["robot=auv", "water=fossen", "guide=external", "controller=channels"]
     words += ["controller.channel=[1,2,3,4,0,2]", f"controller.script={path}"]
     words += ["controller.reverse=[false,false,false,false,false,true]"]
-    world = build_world(build_run(compose(words)))
+    world = make(words)
     world.step()
     command = world.actors[ROBOT].command
     world.close()

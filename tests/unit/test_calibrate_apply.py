@@ -14,8 +14,7 @@ from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
 from seals.robot.whole_body import whole_body
 from seals.robot.yaml_edit import holds, with_entry, with_number
-from seals.sysid.calibration.applying import Edited, write_robot
-from seals.sysid.calibration.urdf_edit import base_inertial, with_inertial
+from seals.sysid.calibration.applying import Edited, base_inertial, with_inertial, write_robot
 
 YAML = """\
 urdf: hull.urdf

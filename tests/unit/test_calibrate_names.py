@@ -10,8 +10,8 @@ import pytest
 from seals.errors import ConfigError
 from seals.logs.native import read_native
 from seals.logs.shipped import find_log
+from seals.sysid.calibration.calibration import chosen
 from seals.sysid.calibration.free_numbers import prior_sigma, same_number, with_free_numbers
-from seals.sysid.calibration.names import chosen
 from seals.sysid.calibration.stated import StatedNumber, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of

@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError
 from seals.plugins.effects.quadratic_drag import DragQuadratic
-from seals.run.assembly import build_world
-from seals.run.build import build_run
 from seals.world import World
 
 pytest.importorskip("llvmlite")
@@ -35,7 +33,7 @@ def worlds(engine: str, words: tuple[str, ...]) -> tuple[World, World]:
     """The same world on NumPy and with compiled laws."""
     pytest.importorskip(engine)
     both: Any = [
-        build_world(build_run(compose([*words, f"backend={engine}", f"backend.compiled={flag}"])))
+        make([*words, f"backend={engine}", f"backend.compiled={flag}"])
         for flag in ("false", "true")
     ]
     return both[0], both[1]
@@ -109,7 +107,7 @@ def test_a_law_without_machine_code(choice: str, monkeypatch: pytest.MonkeyPatch
 
     def built(how: str) -> World:
         words = ("time.duration=60", "backend=mujoco", f"backend.compiled={how}")
-        return build_world(build_run(compose([*BOX, *words])))
+        return make([*BOX, *words])
 
     monkeypatch.setattr(DragQuadratic, "loads", staticmethod(functools.wraps(law)(asking)))
     world, plain = built(choice), built("false")

@@ -13,12 +13,12 @@ from seals.config.source import robot_names
 from seals.errors import ConfigError, RobotError, SealsError, UnknownPlugin
 from seals.robot.robot_file import read_robot
 from seals.robot.settings import HullSettings, ShapeType
-from seals.run.build import build_run
+from seals.run.build import build_run, run_settings
 
 
 def test_robot_folder_needs_no_python(pebble: Path) -> None:
     """A folder named on the command line is a robot with typed effects and hulls."""
-    settings = build_run(compose([f"robot={pebble}", "effects.hull_drag.coefficient_y=4"]))
+    settings = run_settings([f"robot={pebble}", "effects.hull_drag.coefficient_y=4"])
     assert settings.robot.name == "pebble"
     assert settings.robot.urdf_path == pebble / "pebble.urdf"
     hull = settings.robot.hulls["base"]
@@ -38,8 +38,8 @@ def test_relative_robot_folder(pebble: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_gravity_is_always_there_and_water_brings_buoyancy(pebble: Path) -> None:
     """``water=none`` adds nothing; ``water=fossen`` adds a surface at zero and buoyancy."""
-    dry = build_run(compose([f"robot={pebble}"]))
-    wet = build_run(compose([f"robot={pebble}", "water=fossen"]))
+    dry = run_settings([f"robot={pebble}"])
+    wet = run_settings([f"robot={pebble}", "water=fossen"])
     assert set(dry.effects) == {"gravity", "hull_drag"}
     assert dry.environment.water_level is None
     assert set(wet.effects) == {"gravity", "hull_drag", "buoyancy"}
@@ -49,7 +49,7 @@ def test_gravity_is_always_there_and_water_brings_buoyancy(pebble: Path) -> None
 def test_missing_effect_is_one_override(pebble: Path) -> None:
     """A second drag is added by one override and has its own parameters."""
     added = ["+effect@effects.second=quadratic_drag", "effects.second.coefficient_z=2"]
-    settings = build_run(compose([f"robot={pebble}", *added]))
+    settings = run_settings([f"robot={pebble}", *added])
     assert settings.effects["second"].coefficient_z == 2.0
     assert settings.effects["hull_drag"].coefficient_z == 0.0
 
@@ -78,7 +78,7 @@ def test_bad_robot_file_is_refused_in_words(pebble: Path, text: str, words: str)
     """A wrong ``robot.yaml`` is refused in two lines that say what is wrong."""
     (pebble / "robot.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(SealsError) as refusal:
-        build_run(compose([f"robot={pebble}"]))
+        run_settings([f"robot={pebble}"])
     assert words in str(refusal.value)
     assert len(str(refusal.value).splitlines()) == 2
 
@@ -115,7 +115,7 @@ def test_folder_without_robot_file(tmp_path: Path) -> None:
 def test_values_that_types_let_through_are_refused(pebble: Path, override: str, words: str) -> None:
     """Profiles, seeds, names and forced keys are checked when the run is built."""
     with pytest.raises(ConfigError) as refusal:
-        build_run(compose([f"robot={pebble}", override]))
+        run_settings([f"robot={pebble}", override])
     assert words in str(refusal.value)
 
 
@@ -124,15 +124,15 @@ def test_every_option_of_every_group_composes(pebble: Path) -> None:
     """Each installed plug-in, robot, water and experiment composes and builds."""
     for kind in ("backend", "wave"):
         for name in registry.names(kind):
-            build_run(compose([f"robot={pebble}", f"{kind}={name}"]))
+            run_settings([f"robot={pebble}", f"{kind}={name}"])
     # all at once: each is a node of its own
     names = registry.names("effect")
-    tried = build_run(compose([f"robot={pebble}", *(f"+effect@effects.a_{n}={n}" for n in names)]))
+    tried = run_settings([f"robot={pebble}", *(f"+effect@effects.a_{n}={n}" for n in names)])
     assert {f"a_{name}" for name in names} <= set(tried.effects)
     for path in recipe_groups()["water"]:
-        build_run(compose([f"robot={pebble}", f"water={path.stem}"]))
+        run_settings([f"robot={pebble}", f"water={path.stem}"])
     for name in robot_names():
-        assert build_run(compose([f"robot={name}"])).robot.name == name
+        assert run_settings([f"robot={name}"]).robot.name == name
     for name, root in experiments().items():
         build_run(compose([f"experiment={name}"], root=root))
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.compose import compose
 from seals.control import Layout
 from seals.control.allocation import Allocation, Saturation
 from seals.control.axes import (
@@ -21,10 +19,8 @@ from seals.control.axes import (
 )
 from seals.errors import ConfigError
 from seals.run.assembly import build_world
-from seals.run.build import build_run
-
-sys.path.insert(0, str(Path(__file__).parent))
-from rov_layouts import LAYOUTS, PASSIVE, rov_folder
+from seals.run.build import run_settings
+from tests.unit.rov_layouts import LAYOUTS, PASSIVE, rov_folder
 
 CENTRE = np.array([0.0, 0.0, -0.03])
 FORCE = 40.0
@@ -127,8 +123,7 @@ def in_turn(
         found = optimize.lsq_linear(a * scale[:, None], goal * scale, (-FORCE, FORCE), tol=1e-14)
         # what a rank has got is what it keeps
         goal = np.where(weights >= weight, a @ found.x, goal)
-    result: NDArray[np.float64] = goal - tau
-    return result
+    return goal - tau
 
 
 def test_ranks_become_weights_in_equal_ratios() -> None:
@@ -146,9 +141,7 @@ def test_ranks_become_weights_in_equal_ratios() -> None:
 def test_a_vehicle_without_heave_is_refused_by_name(tmp_path: Path) -> None:
     """Two thrusters along the vehicle keep no station: the axes and the way out are named."""
     robot = rov_folder(tmp_path / "two", LAYOUTS["four"][:2])
-    settings = build_run(
-        compose([f"robot={robot}", "water=fossen", "controller=station", "guide=hover"])
-    )
+    settings = run_settings([f"robot={robot}", "water=fossen", "controller=station", "guide=hover"])
     with pytest.raises(ConfigError, match="do not command heave") as refusal:
         build_world(settings)
     assert "controller=autopilot guide=los" in str(refusal.value)

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from seals.arrays import Floats
-from seals.config.compose import compose
 from seals.control import Reference, RobotState
 from seals.control.limbs import stowed
 from seals.control.mass_properties import MassPropertyEstimator
@@ -18,13 +17,13 @@ from seals.control.protocols import Buoyancy
 from seals.errors import ConfigError
 from seals.frames import exponential, matrix_of
 from seals.run.assembly import build_model
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 
 def test_a_gain_on_the_rate_is_refused() -> None:
     """What has no form over a batch is said, with the allowed value."""
     words = ["robot=aam", "water=fossen", "controller=cascade", "guide=hover"]
-    settings = build_run(compose([*words, "controller.rate_gain=[0.1,0.1]"]))
+    settings = run_settings([*words, "controller.rate_gain=[0.1,0.1]"])
     robot, effects = build_model(settings)
     plant = build_plant(robot, effects, settings.environment)
     with pytest.raises(ConfigError, match="no form over a batch"):
@@ -76,7 +75,7 @@ def _stacked(rows: Sequence[Any], names: tuple[str, ...]) -> dict[str, Floats]:
 def test_rows_of_a_batch_are_robots_of_their_own(robot: str, controller: str) -> None:
     """Three calls with moving joints: commands over the batch are those of every robot alone."""
     words = [f"robot={robot}", "water=fossen", f"controller={controller}", "guide=hover"]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     model, effects = build_model(settings)
     plant = build_plant(model, effects, settings.environment)
     law, batch = settings.controller, settings.controller.batched(plant, None, np.zeros(1))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.control.estimate import ORIENTATION, POSITION, SPIN, VELOCITY
 from seals.control.protocols import ActuatorCommand, Reference, RobotState
 from seals.errors import ConfigError
@@ -17,7 +18,7 @@ from seals.plugins.guides.hover import ArmMotion, Hover
 from seals.plugins.guides.oval import Oval
 from seals.plugins.sensors.odometry import SensorOdometry
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.sensors.protocol import SensorInput
 
@@ -28,7 +29,7 @@ NOISY = ("+sensor@sensors.odometry=odometry", "controller.sense=odometry")
 
 def flown(*overrides: str) -> Log:
     """Simulate a run and return its log."""
-    record = simulate(build_run(compose(overrides)))
+    record = simulate(run_settings(overrides))
     assert record.error is None
     return record.log
 
@@ -52,39 +53,37 @@ def test_a_quadrotor_goes_back_to_its_place_from_a_tumble() -> None:
 
 def test_the_log_holds_what_was_commanded_from_its_row_on() -> None:
     """Commands of drives and servos stand at the row of their time and hold until the next."""
-    settings = build_run(compose([*ARM, "time.duration=0.1"]))
+    settings = run_settings([*ARM, "time.duration=0.1"])
     log = simulate(settings).log
-    world = build_world(settings)
-    actor = world.actors["robot"]
-    for row in range(20):
-        world.step()
-        assert actor.command is not None
-        assert actor.joint_command is not None
-        np.testing.assert_array_equal(log.channel("rotor_speed_cmd")[row], actor.command[0])
-        np.testing.assert_array_equal(
-            log.channel("joint_position_cmd")[row], actor.joint_command[0]
-        )
-    world.close()
+    with contextlib.closing(build_world(settings)) as world:
+        actor = world.actors["robot"]
+        for row in range(20):
+            world.step()
+            assert actor.command is not None
+            assert actor.joint_command is not None
+            np.testing.assert_array_equal(log.channel("rotor_speed_cmd")[row], actor.command[0])
+            np.testing.assert_array_equal(
+                log.channel("joint_position_cmd")[row], actor.joint_command[0]
+            )
 
 
 def test_a_controlled_run_continues_from_a_snapshot_bit_for_bit() -> None:
     """The memory of guide, controller and estimate is part of the snapshot."""
-    world = build_world(build_run(compose([*ARM, *NOISY, "water=fossen"])))
-    actor = world.actors["robot"]
-    for _ in range(40):
-        world.step()
-    kept = world.snapshot()
-
-    def on() -> np.ndarray:
+    with contextlib.closing(make([*ARM, *NOISY, "water=fossen"])) as world:
+        actor = world.actors["robot"]
         for _ in range(40):
             world.step()
-        assert actor.command is not None
-        return np.concatenate([*actor.body.read(), actor.command[0]])
+        kept = world.snapshot()
 
-    first = on()
-    world.restore(kept)
-    np.testing.assert_array_equal(on(), first)
-    world.close()
+        def on() -> np.ndarray:
+            for _ in range(40):
+                world.step()
+            assert actor.command is not None
+            return np.concatenate([*actor.body.read(), actor.command[0]])
+
+        first = on()
+        world.restore(kept)
+        np.testing.assert_array_equal(on(), first)
 
 
 def test_a_controlled_run_repeats_bit_for_bit() -> None:
@@ -99,24 +98,25 @@ def test_a_controlled_run_repeats_bit_for_bit() -> None:
 def test_the_controller_is_called_at_its_own_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     """At a quarter of the steps' rate it is called every fourth step, and its order is held."""
     words = [*QUAD, "controller.rate=62.5", "guide.rate=62.5", "time.step=0.004"]
-    world = build_world(build_run(compose(words)))
-    actor = world.actors["robot"]
-    assert actor.pilot is not None
-    law, called = actor.pilot.controller.command, list[float]()
+    with contextlib.closing(make(words)) as world:
+        actor = world.actors["robot"]
+        assert actor.pilot is not None
+        law, called = actor.pilot.controller.command, list[float]()
 
-    def marked(situation: RobotState, aim: Reference, memory: Any) -> tuple[ActuatorCommand, Any]:
-        called.append(situation.time)
-        order, memory = law(situation, aim, memory)
-        # every call gives another order, whatever rounding makes of the law
-        return order._replace(drive=order.drive + len(called)), memory
+        def marked(
+            situation: RobotState, aim: Reference, memory: Any
+        ) -> tuple[ActuatorCommand, Any]:
+            called.append(situation.time)
+            order, memory = law(situation, aim, memory)
+            # every call gives another order, whatever rounding makes of the law
+            return order._replace(drive=order.drive + len(called)), memory
 
-    monkeypatch.setattr(type(actor.pilot.controller), "command", staticmethod(marked))
-    given = []
-    for _ in range(100):
-        world.step()
-        assert actor.command is not None
-        given.append(actor.command[0].copy())
-    world.close()
+        monkeypatch.setattr(type(actor.pilot.controller), "command", staticmethod(marked))
+        given = []
+        for _ in range(100):
+            world.step()
+            assert actor.command is not None
+            given.append(actor.command[0].copy())
     np.testing.assert_allclose(called, 0.016 * np.arange(25), atol=1e-9)
     changed = np.flatnonzero(np.any(np.diff(given, axis=0) != 0.0, axis=1)) + 1
     assert changed.tolist() == list(range(4, 100, 4))
@@ -149,18 +149,17 @@ def test_odometry_spreads_as_it_says() -> None:
 
 def test_a_sweep_uses_the_whole_range_of_every_joint() -> None:
     """Within a period every arm joint comes to both of its limits, starting from rest."""
-    world = build_world(build_run(compose([*ARM])))
-    pilot = world.actors["robot"].pilot
-    assert pilot is not None
-    guide, robot = pilot.guide, pilot.plant.robot
-    assert isinstance(guide, Hover)
-    assert guide.arm is ArmMotion.sweep
-    swing, index = guide._swings["arm"], list(robot.arms["arm"].joints)
-    np.testing.assert_allclose(swing.at(0.0), robot.arms["arm"].stowed)
-    angles = np.array([swing.at(t) for t in np.linspace(4.0, 6.0, 401)])
-    np.testing.assert_allclose(angles.min(axis=0), robot.lower[index], atol=1e-3)
-    np.testing.assert_allclose(angles.max(axis=0), robot.upper[index], atol=1e-3)
-    world.close()
+    with contextlib.closing(make([*ARM])) as world:
+        pilot = world.actors["robot"].pilot
+        assert pilot is not None
+        guide, robot = pilot.guide, pilot.plant.robot
+        assert isinstance(guide, Hover)
+        assert guide.arm is ArmMotion.sweep
+        swing, index = guide._swings["arm"], list(robot.arms["arm"].joints)
+        np.testing.assert_allclose(swing.at(0.0), robot.arms["arm"].stowed)
+        angles = np.array([swing.at(t) for t in np.linspace(4.0, 6.0, 401)])
+        np.testing.assert_allclose(angles.min(axis=0), robot.lower[index], atol=1e-3)
+        np.testing.assert_allclose(angles.max(axis=0), robot.upper[index], atol=1e-3)
 
 
 def test_the_oval_s_velocity_is_the_slope_of_its_place() -> None:
@@ -191,7 +190,7 @@ def test_the_oval_s_velocity_is_the_slope_of_its_place() -> None:
 def test_what_cannot_fly_is_refused_in_words(overrides: tuple[str, ...], words: str) -> None:
     """Two lines say what does not fit."""
     with pytest.raises(ConfigError, match=words) as refusal:
-        build_world(build_run(compose(overrides)))
+        make(overrides)
     assert "\n" in str(refusal.value)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.compose import compose
+from seals.api import load_robot
 from seals.control import Reference
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.filters import Lag
@@ -18,18 +18,17 @@ from seals.control.tracking import minimum_jerk
 from seals.errors import ConfigError, RobotError
 from seals.frames import exponential, matrix_of, quaternion_of
 from seals.multibody.tree import forward
-from seals.robot.build import build_robot
 from seals.robot.limbs import build_arms, build_grippers
 from seals.robot.model import RobotModel
 from seals.robot.settings import ArmSettings, GripperSettings
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 STEP = 1e-6
 
 
 def robot_of(name: str) -> RobotModel:
     """Build an installed robot."""
-    return build_robot(build_run(compose([f"robot={name}"])).robot)
+    return load_robot(name)
 
 
 def placed(robot: RobotModel, q: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
@@ -177,11 +176,11 @@ def test_a_way_of_least_jerk_starts_and_ends_at_rest() -> None:
 
 def test_the_controller_section_of_a_robot_gives_way_to_the_command_line(tmp_path: Path) -> None:
     """Gains of robot.yaml are used, and single ones can be overridden."""
-    folder = Path(build_run(compose(["robot=crazyflie"])).robot.folder)
+    folder = Path(run_settings(["robot=crazyflie"]).robot.folder)
     for name in ("robot.yaml", "crazyflie.urdf"):
         (tmp_path / name).write_text((folder / name).read_text(encoding="utf-8"), encoding="utf-8")
     with (tmp_path / "robot.yaml").open("a", encoding="utf-8") as file:
         file.write("controller: {controller: cascade, torque_lead: 0.01, quicker: 2.0}\n")
     chosen = [f"robot={tmp_path}", "guide=hover"]
-    assert build_run(compose(chosen)).controller.torque_lead == 0.01
-    assert build_run(compose([*chosen, "controller.quicker=4"])).controller.quicker == 4.0
+    assert run_settings(chosen).controller.torque_lead == 0.01
+    assert run_settings([*chosen, "controller.quicker=4"]).controller.quicker == 4.0

@@ -7,19 +7,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pytest
+from benchmarks import copies
 
 ROOT = Path(__file__).parents[2]
 _WHERE = "import seals, tempfile; print(seals.__file__); print(tempfile.gettempdir())"
-
-
-@pytest.fixture
-def copies(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The module, which is no part of the installed package."""
-    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT)])
-    from benchmarks import copies
-
-    return copies
 
 
 def _where(item: int, place: Any) -> tuple[Path, list[Path]]:
@@ -31,7 +22,7 @@ def _where(item: int, place: Any) -> tuple[Path, list[Path]]:
     return place.root, [Path(found) for found in said.stdout.split()]
 
 
-def test_every_job_has_its_own_package_and_checkout(copies: Any) -> None:
+def test_every_job_has_its_own_package_and_checkout() -> None:
     """A child finds the copied package and its own temporary folder; nothing is left of either."""
     found = dict(copies.side_by_side(_where, [1, 2], 2))
     roots = {root for root, _ in found.values()}
@@ -43,7 +34,7 @@ def test_every_job_has_its_own_package_and_checkout(copies: Any) -> None:
         assert temporary == root.parent / "tmp"
 
 
-def test_one_job_runs_where_it_stands(copies: Any) -> None:
+def test_one_job_runs_where_it_stands() -> None:
     """Nothing is copied for one job, and what comes after its time is told as None."""
     assert list(copies.side_by_side(lambda item, place: place.root, ["a"], 1)) == [("a", ROOT)]
     assert list(copies.side_by_side(lambda item, place: item, ["a"], 1, -1.0)) == [("a", None)]

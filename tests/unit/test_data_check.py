@@ -80,20 +80,23 @@ def test_wrong_quaternion_order_is_refused() -> None:
     assert _codes(columns)["attitude_convention"] is Severity.REFUSE
 
 
-def test_inverted_quaternion_is_refused() -> None:
-    """World-to-body instead of body-to-world is told from the gyroscope."""
+@pytest.mark.parametrize(
+    ("stems", "axes", "code"),
+    [
+        # world-to-body instead of body-to-world is told from the gyroscope
+        (("orientation",), "xyz", "attitude_convention"),
+        # a gyroscope in FRD with an attitude in FLU
+        (("angular_velocity",), "yz", "attitude_convention"),
+        # FRD and NED agree with one another; only the direction of gravity tells
+        (("angular_velocity", "specific_force", "orientation"), "yz", "frame_down"),
+    ],
+)
+def test_other_axes_are_refused(stems: tuple[str, ...], axes: str, code: str) -> None:
+    """Components with the wrong sign are told from the other channels."""
     columns = _flight()
-    for axis in "xyz":
-        columns[f"orientation_{axis}"] = -columns[f"orientation_{axis}"]
-    assert _codes(columns)["attitude_convention"] is Severity.REFUSE
-
-
-def test_gyro_in_other_body_axes_is_refused() -> None:
-    """A gyroscope in FRD with an attitude in FLU is refused."""
-    columns = _flight()
-    for axis in "yz":
-        columns[f"angular_velocity_{axis}"] = -columns[f"angular_velocity_{axis}"]
-    assert _codes(columns)["attitude_convention"] is Severity.REFUSE
+    for name in (f"{stem}_{axis}" for stem in stems for axis in axes):
+        columns[name] = -columns[name]
+    assert _codes(columns)[code] is Severity.REFUSE
 
 
 def test_a_gyroscope_that_is_mounted_turned_is_told_with_its_angles() -> None:
@@ -105,15 +108,6 @@ def test_a_gyroscope_that_is_mounted_turned_is_told_with_its_angles() -> None:
     told = [f for f in check_log(Log(name="x", columns=columns)) if f.code == "mounting"]
     angles = [float(v) for v in str(told[0].message).partition("rpy: [")[2].rstrip("]}").split(",")]
     assert angles == pytest.approx([0.2, -0.3, 1.5], abs=0.02)
-
-
-def test_consistent_ned_log_is_refused_by_gravity() -> None:
-    """FRD and NED agree with one another; only the direction of gravity tells."""
-    columns = _flight()
-    for stem in ("angular_velocity", "specific_force", "orientation"):
-        for axis in "yz":
-            columns[f"{stem}_{axis}"] = -columns[f"{stem}_{axis}"]
-    assert _codes(columns)["frame_down"] is Severity.REFUSE
 
 
 def test_sign_of_the_quaternion_may_flip() -> None:

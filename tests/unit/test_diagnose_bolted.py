@@ -11,10 +11,9 @@ import pytest
 from seals.batch import BatchDynamics
 from seals.batch.response import Response
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.motion import Inputs
 from seals.run.assembly import build_model
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 LINK = (
     '<link name="{0}"><inertial><origin xyz="0 0 {1}"/><mass value="{2}"/><inertia ixx="{3}" '
@@ -64,7 +63,7 @@ def arm(tmp_path: Path) -> Path:
 
 def test_base_stands_still_under_a_push(arm: Path) -> None:
     """A push on the base changes nothing, a torque on a joint as much as the rates differ by."""
-    settings = build_run(compose([f"robot={arm}"]))
+    settings = run_settings([f"robot={arm}"])
     robot, effects = build_model(settings)
     twin = BatchDynamics(robot, effects, settings.environment, settings.wave, batch=1)
     state = twin.start()._replace(
@@ -137,7 +136,7 @@ def test_guide_moves_an_arm_without_drives(arm: Path, tmp_path: Path) -> None:
     from seals.run.simulation import simulate
 
     words = (f"robot={arm}", *WAVING, "time.step=0.004", "time.duration=2")
-    log = simulate(build_run(compose(words))).log
+    log = simulate(run_settings(words)).log
     wanted, angles = (log.channel(f"joint_position{tail}") for tail in ("_cmd", ""))
     assert np.ptp(wanted, axis=0).min() > 0.2
     np.testing.assert_allclose(angles, wanted, atol=0.2)

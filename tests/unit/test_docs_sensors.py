@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from seals import registry
-from seals.config.compose import compose
 from seals.config.recipes import recipe_groups
 from seals.logs.channels import CHANNELS
 from seals.logs.check_meta import check_meta
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.recorder import Moment
 from seals.run.robot_recorder import RobotRecorder
 from seals.run.simulation import simulate
@@ -71,7 +70,7 @@ def test_a_log_of_a_set_of_senses_can_be_diagnosed(name: str) -> None:
     place = {"auv": "[0,0,-3]", "aam": "[0,0,1]"}[name]
     words = [f"robot={name}", f"+senses={name}", "water=fossen", "guide=hover"]
     words += [f"initial.position={place}", "environment.tank_bottom=-8", "time.duration=0.5"]
-    record = simulate(build_run(compose(words)))
+    record = simulate(run_settings(words))
     assert record.error is None
     assert check_meta(record.log) == []
     if not record.robot.joints:
@@ -83,7 +82,7 @@ def test_a_log_of_a_set_of_senses_can_be_diagnosed(name: str) -> None:
 @pytest.mark.parametrize("path", recipe_groups()["senses"], ids=lambda path: path.stem)
 def test_a_set_of_senses_gives_columns_of_its_own(path: Path) -> None:
     """On the robot of its name it composes and builds; no two sensors share a column."""
-    run = build_run(compose([f"robot={path.stem}", f"+senses={path.stem}", "water=fossen"]))
+    run = run_settings([f"robot={path.stem}", f"+senses={path.stem}", "water=fossen"])
     world = build_world(run)
     for _ in range(60):
         world.step()

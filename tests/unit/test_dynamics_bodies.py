@@ -8,12 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.frames import cross, matrix_of, rotate
 from seals.multibody.linear import solve_symmetric
 from seals.multibody.spatial import kirchhoff, momentum, rigid_inertia
 from seals.run import build_twin
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 
 @pytest.fixture
@@ -80,7 +79,7 @@ def test_free_motion_keeps_energy_and_momentum() -> None:
     quiet = ["water_drag", "spin_drag"]
     zeros = [f"effects.{e}.coefficient_{a}=0" for e in quiet for a in "xyz"]
     moving = ["initial.velocity=[0.8,0.3,-0.2]", "initial.angular_velocity=[2,1,-3]"]
-    twin, state = build_twin(build_run(compose([*options, *zeros, *moving])))
+    twin, state = build_twin(run_settings([*options, *zeros, *moving]))
     added = np.diag([1.1, 1.9, 5.0, 0.01, 0.025, 0.008])
     inertia = (twin.robot.spatial_inertia[0] + added)[None]
 
@@ -100,7 +99,7 @@ def test_free_motion_keeps_energy_and_momentum() -> None:
 @pytest.mark.thorough
 def test_a_pendulum_swings_at_the_period_of_the_closed_form() -> None:
     """T = 2 pi sqrt((I + m l^2) / (m g l)) (1 + a^2 / 16) for the amplitude a = 0.02 rad."""
-    run = build_run(compose(["robot=pendulum", "initial.joint_position=[0.02]"]))
+    run = run_settings(["robot=pendulum", "initial.joint_position=[0.02]"])
     twin, state = build_twin(run)
     length, mass, inertia = 0.153153, 0.1, 1e-6
     square = (inertia + mass * length**2) / (mass * 9.81 * length)
@@ -122,7 +121,7 @@ def test_a_twin_in_torch_is_the_twin_in_numpy() -> None:
     torch = pytest.importorskip("torch")
     options = ["robot=free_arm", "water=fossen", "initial.position=[0,0,0.02]"]
     moving = ["initial.velocity=[0.5,0.2,-0.1]", "initial.joint_velocity=[1,-2]"]
-    run = build_run(compose([*options, *moving]))
+    run = run_settings([*options, *moving])
     ends = []
     for like in (np.zeros(1), torch.zeros(1, dtype=torch.float64)):
         twin, state = build_twin(run, batch=2, like=like)

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.effects import Effect, MediumKind, bind_effects
 from seals.effects.binding import refuse_double_counting
 from seals.errors import ConfigError
@@ -18,7 +17,7 @@ from seals.plugins.effects.gravity import Gravity
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.run import build_twin
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 LINKS = ("hull", "upper", "fore")
 
@@ -125,7 +124,7 @@ def test_a_batch_of_three_drags_is_three_runs() -> None:
     """Each row of a batch with its own drag moves as a twin of that drag alone."""
     options = ["robot=free_arm", "water=fossen", "initial.position=[0,0,0.05]"]
     moving = ["initial.velocity=[0.5,0.2,-0.1]", "initial.joint_velocity=[1,-2]"]
-    run, drags = build_run(compose([*options, *moving])), np.array([0.0, 5.0, 20.0])
+    run, drags = run_settings([*options, *moving]), np.array([0.0, 5.0, 20.0])
 
     def end(batch: int, drag: Any) -> list[Any]:
         values = {"water_drag.coefficient_z": drag}

@@ -32,8 +32,7 @@ PAIRS = [
 
 def confounders_of(name: str) -> tuple[str, ...]:
     """Return the confounders that an effect declares."""
-    found: tuple[str, ...] = registry.get("effect", name).load().identification.confounders
-    return found
+    return registry.get("effect", name).load().identification.confounders
 
 
 @pytest.mark.parametrize(("first", "second"), PAIRS)

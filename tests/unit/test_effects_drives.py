@@ -61,8 +61,7 @@ def act(
     params = bound.with_values(values or {}, np.zeros(1), batch).bound[0].params
     volts = None if voltage is None else np.array([[voltage]])
     inputs = Inputs(0.004, np.zeros((1, 0)), None, volts)
-    found: Drives = effect.actuation(drives(), moved, medium(), inputs, params)
-    return found
+    return effect.actuation(drives(), moved, medium(), inputs, params)
 
 
 def assert_only_loads_moved(found: Drives) -> None:

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.effects.effect import MediumKind
 from seals.motion import JointDrive
 from seals.multibody.servo import driven
-from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
@@ -22,7 +21,7 @@ from tests.unit.test_diagnose_along import VALUES, described, waving
 def evaluated(height: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
     """Return the actor of a manipulator that moves at a height [m], and its last evaluation."""
     words = ["robot=aam", "water=fossen", f"initial.position=[0,0,{height}]"]
-    world = build_world(build_run(compose([*words, "initial.velocity=[0.3,-0.2,-0.5]"])))
+    world = make([*words, "initial.velocity=[0.3,-0.2,-0.5]"])
     actor, seen = world.actors["robot"], []
     evaluate = actor.evaluator.evaluate
 
@@ -61,10 +60,10 @@ def test_everything_is_asked_at_the_surface(monkeypatch: pytest.MonkeyPatch) -> 
 def test_inertia_found_in_the_air_does_not_outlive_it() -> None:
     """A robot that falls into the water ends as one whose evaluator never leaves effects out."""
     words = ["robot=aam", "water=fossen", "initial.position=[0,0,0.5]", "time.duration=0.8"]
-    found = simulate(build_run(compose(words))).log.channel("position")
+    found = simulate(run_settings(words)).log.channel("position")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("seals.effects.evaluation.vanishes_dry", lambda b: False)
-        always = simulate(build_run(compose(words))).log.channel("position")
+        always = simulate(run_settings(words)).log.channel("position")
     assert found[-1, 2] < 0.0
     np.testing.assert_allclose(found, always, rtol=0.0, atol=1e-12)
 

@@ -5,24 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.frames import matrix_of
 from seals.run import build_twin, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 FAR = {"air": "initial.position=[0,0,50]", "water": "initial.position=[0,0,-50]"}
 
 
 def acceleration(*options: str) -> np.ndarray:
     """Acceleration of the ball's origin in the world at the start [m/s^2]."""
-    run = build_run(compose(["robot=ball", "water=fossen", *options]))
+    run = run_settings(["robot=ball", "water=fossen", *options])
     twin, state = build_twin(run)
     rates = twin.rates(state, 0.0)
     turn = matrix_of(state.quaternion)[0]
-    found: np.ndarray = (
-        turn @ (rates.velocity + np.cross(state.angular_velocity, state.velocity))[0]
-    )
-    return found
+    return turn @ (rates.velocity + np.cross(state.angular_velocity, state.velocity))[0]
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, 3.0])
@@ -75,7 +71,7 @@ def test_two_flows_add_up() -> None:
 def test_the_simulator_sees_the_same_wind() -> None:
     """In the world's ledger the drag of a body at rest in wind from the west points east."""
     blow = ["+effect@effects.flow=wind", "effects.flow.velocity_x=3.0", "initial.rpy=[0,0,1.5708]"]
-    run = build_run(compose(["robot=ball", *blow, "effects.air_drag.coefficient_y=0.01"]))
+    run = run_settings(["robot=ball", *blow, "effects.air_drag.coefficient_y=0.01"])
     world = build_world(run)
     world.step()
     force = world.actors["robot"].ledger.of("air_drag")[0, 0, :3]

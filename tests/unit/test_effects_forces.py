@@ -49,8 +49,7 @@ def loads(effect: Any, moved: Motion, around: Medium) -> Wrench:
     params = bind_effects({"it": effect}, ["base"]).bound[0].params
     wrench, memory = effect.loads(moved, around, Inputs(0.004, np.zeros((1, 0))), None, params)
     assert memory is None
-    found: Wrench = wrench
-    return found
+    return wrench
 
 
 def test_a_shifted_centre_of_buoyancy_turns_the_hull() -> None:

@@ -35,8 +35,7 @@ def matrix(effect: Any, of: Body, batch: int = 1, **values: Array) -> Floats:
 
 def momentum(inertia: Floats) -> Floats:
     """Return linear and angular momentum of the change at one twist."""
-    found: Floats = inertia[0] @ np.concatenate((VELOCITY, SPIN))
-    return found
+    return inertia[0] @ np.concatenate((VELOCITY, SPIN))
 
 
 def test_a_payload_has_the_momentum_of_a_moving_point() -> None:

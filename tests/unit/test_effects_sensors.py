@@ -36,8 +36,7 @@ def params(effect: Effect, batch: int = 1, **values: Any) -> Any:
 
 def measured(effect: Any, batch: int = 1, **values: Any) -> Reading:
     """Return the reading of two rows after one effect."""
-    found: Reading = effect.measure(Reading(SPIN, FORCE), params(effect, batch, **values))
-    return found
+    return effect.measure(Reading(SPIN, FORCE), params(effect, batch, **values))
 
 
 def test_a_biased_accelerometer_adds_its_bias() -> None:

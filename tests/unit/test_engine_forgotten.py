@@ -6,10 +6,9 @@ import gc
 
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import SealsError
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 
 pybullet = pytest.importorskip("pybullet", reason="no wheel of PyBullet for this interpreter")
@@ -17,7 +16,7 @@ pybullet = pytest.importorskip("pybullet", reason="no wheel of PyBullet for this
 
 def settings(*more: str) -> RunSettings:
     """A ball in the air."""
-    return build_run(compose(["robot=ball", "initial.position=[0,0,1]", *more]))
+    return run_settings(["robot=ball", "initial.position=[0,0,1]", *more])
 
 
 def scenes() -> int:

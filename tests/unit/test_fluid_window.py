@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.environment.ground import Solid
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError, PhysicsError
@@ -28,7 +27,7 @@ from seals.plugins.fluids.sampling import Samples
 from seals.plugins.waves.airy import WaveAiry
 from seals.plugins.waves.sea import Spectrum, WaveSea
 from seals.plugins.waves.still import WaveStill
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 D = 0.1
 
@@ -234,10 +233,10 @@ def test_a_steep_sea_is_refused() -> None:
 
 def test_a_tow_needs_a_window_and_some_way() -> None:
     """The experiment refuses a basin, still water and a way that is too short."""
-    basin = build_run(compose(["robot=ball", "water=particles"]))
+    basin = run_settings(["robot=ball", "water=particles"])
     with pytest.raises(ConfigError, match="water=window wave=sea"):
         towed(basin, way=60.0, speed=1.5, radius=0.1)
-    window = build_run(compose(["robot=ball", "water=window", "wave=sea"]))
+    window = run_settings(["robot=ball", "water=window", "wave=sea"])
     with pytest.raises(ConfigError, match=r"a way of 1 m is too short .*\n.* 6 m or more"):
         towed(window, way=1.0, speed=1.5, radius=0.1)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.backend import Configuration
-from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
@@ -24,14 +23,12 @@ from seals.plugins.effects.gravity import Gravity
 from seals.plugins.waves.still import WaveStill
 from seals.robot.model import RobotModel
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.immersed import owners
 from seals.testing.backend import momentum_of
 from seals.testing.bodies import free_body, moving_arm
 from seals.world import Actor, World
-
-sys.path.insert(0, str(Path(__file__).parent))
-from still_water import StillWater
+from tests.unit.still_water import StillWater
 
 Floats = NDArray[np.float64]
 STEP = 0.004
@@ -79,11 +76,12 @@ def test_a_lift_by_the_fluid_is_that_of_the_effect(make: Any, tmp_path: Path) ->
     """Submerged, a fluid's lift moves body and arm as the buoyancy effect does, to rounding."""
     robot, ends = make(tmp_path), []
     for effects, fluid in (({}, StillWater()), ({"lift": Buoyancy(links=["*"])}, None)):
-        world = world_of(robot, {"weight": Gravity(), **effects}, fluid, start(robot, -5.0, 1.0))
-        for _ in range(100):
-            world.step()
-        ends.append(world.actors["it"].body.read())
-        world.close()
+        with contextlib.closing(
+            world_of(robot, {"weight": Gravity(), **effects}, fluid, start(robot, -5.0, 1.0))
+        ) as world:
+            for _ in range(100):
+                world.step()
+            ends.append(world.actors["it"].body.read())
     # the samples of a cylinder lie within a hair of its centroid
     for a, b in zip(*ends, strict=True):
         assert a == pytest.approx(b, abs=2e-6)
@@ -93,36 +91,36 @@ def test_a_lift_by_the_fluid_is_that_of_the_effect(make: Any, tmp_path: Path) ->
 def test_every_impulse_arrives(make: Any, tmp_path: Path) -> None:
     """The robot's momentum changes by the fluid's impulses, steps of half a kick accounted for."""
     robot, fluid = make(tmp_path), StillWater(push=300.0)
-    world = world_of(robot, {}, fluid, start(robot, -5.0))
-    actor, given, momenta = world.actors["it"], [], []
-    for _ in range(20):
-        world.step()
-        row = actor.ledger.of("still_water")[-1]
-        turn = actor._due[0].kinematics.rotations[0]  # type: ignore[index]
-        given.append(np.einsum("lij,lj->i", turn, row[:, :3]) * STEP)
-        momenta.append(momentum_of(robot, actor.body.poses())[0])
-    # the first kick stands whole; later ones come at half steps, the last seen by half again
-    expected = np.sum(given[1:], axis=0) + 0.5 * (given[-1] - given[0])
-    scale = float(np.abs(expected).max())
-    # at half steps links have turned a little: exact for one body alone
-    allowed = 1e-9 if len(robot.links) == 1 else 2e-3
-    assert momenta[-1] - momenta[0] == pytest.approx(expected, abs=allowed * scale)
-    assert actor.ledger.effects == ("still_water",)
-    world.close()
+    with contextlib.closing(world_of(robot, {}, fluid, start(robot, -5.0))) as world:
+        actor, given, momenta = world.actors["it"], [], []
+        for _ in range(20):
+            world.step()
+            row = actor.ledger.of("still_water")[-1]
+            turn = actor._due[0].kinematics.rotations[0]  # type: ignore[index]
+            given.append(np.einsum("lij,lj->i", turn, row[:, :3]) * STEP)
+            momenta.append(momentum_of(robot, actor.body.poses())[0])
+        # the first kick stands whole; later ones come at half steps, the last seen by half again
+        expected = np.sum(given[1:], axis=0) + 0.5 * (given[-1] - given[0])
+        scale = float(np.abs(expected).max())
+        # at half steps links have turned a little: exact for one body alone
+        allowed = 1e-9 if len(robot.links) == 1 else 2e-3
+        assert momenta[-1] - momenta[0] == pytest.approx(expected, abs=allowed * scale)
+        assert actor.ledger.effects == ("still_water",)
 
 
 def test_a_free_body_moves_as_its_own_mass(tmp_path: Path) -> None:
     """One body's response to a push is its inverse mass and inertia; free fall is foreseen."""
     robot, fluid = free_body(tmp_path), StillWater()
-    world = world_of(robot, {"weight": Gravity()}, fluid, start(robot, 50.0, 1.0))
-    world.step()
-    (seen,) = fluid.seen
-    assert seen.inverse_mass == pytest.approx([1.0 / robot.mass[0]])
-    turn = seen.rotation[0]
-    inertia = turn @ robot.inertia[0] @ turn.T
-    assert seen.inverse_inertia[0] == pytest.approx(np.linalg.inv(inertia), rel=1e-9)
-    assert seen.acceleration[0] == pytest.approx([0.0, 0.0, -9.81], abs=1e-9)
-    world.close()
+    with contextlib.closing(
+        world_of(robot, {"weight": Gravity()}, fluid, start(robot, 50.0, 1.0))
+    ) as world:
+        world.step()
+        (seen,) = fluid.seen
+        assert seen.inverse_mass == pytest.approx([1.0 / robot.mass[0]])
+        turn = seen.rotation[0]
+        inertia = turn @ robot.inertia[0] @ turn.T
+        assert seen.inverse_inertia[0] == pytest.approx(np.linalg.inv(inertia), rel=1e-9)
+        assert seen.acceleration[0] == pytest.approx([0.0, 0.0, -9.81], abs=1e-9)
 
 
 def test_links_are_foreseen(tmp_path: Path) -> None:
@@ -150,23 +148,22 @@ def test_links_are_foreseen(tmp_path: Path) -> None:
 def test_a_body_on_the_ground_does_not_fall(tmp_path: Path) -> None:
     """Contact holds a body that rests on the bottom: the fluid is told that it stays."""
     environment = EnvironmentSettings(water_level=0.0, tank_bottom=-1.0)
-    run = build_run(compose(["robot=cube", "water=none", "time.step=0.004"]))
+    run = run_settings(["robot=cube", "water=none", "time.step=0.004"])
     run.environment, run.fluid = environment, StillWater()
     run.effects = {"weight": Gravity()}
     run.initial.position = [0.0, 0.0, -0.85]
-    world = build_world(run)
-    for _ in range(200):
-        world.step()
-    seen = run.fluid.seen[-1]
-    lift = 1000.0 * 9.81 * run.fluid.samples[0].volumes.sum() * seen.inverse_mass[0]
-    # what is left of weight and contact carries the fluid's lift
-    assert seen.acceleration[0, 2] == pytest.approx(-lift, rel=0.05)
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        for _ in range(200):
+            world.step()
+        seen = run.fluid.seen[-1]
+        lift = 1000.0 * 9.81 * run.fluid.samples[0].volumes.sum() * seen.inverse_mass[0]
+        # what is left of weight and contact carries the fluid's lift
+        assert seen.acceleration[0, 2] == pytest.approx(-lift, rel=0.05)
 
 
 def test_fixed_links_are_one_body() -> None:
     """Links that no joint moves apart are one body for the fluid; the arm's are their own."""
-    run = build_run(compose(["robot=aam", "water=none"]))
+    run = run_settings(["robot=aam", "water=none"])
     run.environment.water_level, run.fluid = 0.0, StillWater()
     run.effects = {"weight": Gravity()}
     run.initial.position = [0.0, 0.0, 3.0]
@@ -204,29 +201,29 @@ def test_two_owners_are_refused(tmp_path: Path) -> None:
 def test_snapshots_hold_the_fluid(tmp_path: Path) -> None:
     """A world goes on from a snapshot bit for bit, its fluid included."""
     robot, fluid = moving_arm(tmp_path), StillWater(push=200.0)
-    world = world_of(robot, {"weight": Gravity()}, fluid, start(robot, -3.0, 1.0))
-    ends = []
-    for _ in range(5):
-        world.step()
-    kept = world.snapshot()
-    for _ in range(2):
-        for _ in range(10):
+    with contextlib.closing(
+        world_of(robot, {"weight": Gravity()}, fluid, start(robot, -3.0, 1.0))
+    ) as world:
+        ends = []
+        for _ in range(5):
             world.step()
-        ends.append(world.actors["it"].body.read())
-        world.restore(kept)
-    assert fluid.calls == 5
-    for a, b in zip(*ends, strict=True):
-        assert a.tolist() == b.tolist()
-    world.close()
+        kept = world.snapshot()
+        for _ in range(2):
+            for _ in range(10):
+                world.step()
+            ends.append(world.actors["it"].body.read())
+            world.restore(kept)
+        assert fluid.calls == 5
+        for a, b in zip(*ends, strict=True):
+            assert a.tolist() == b.tolist()
     assert fluid.closed
 
 
 def test_the_surface_is_that_of_the_fluid(tmp_path: Path) -> None:
     """Effects and sensors see the fluid's own surface."""
     robot = free_body(tmp_path)
-    world = world_of(robot, {}, StillWater(), start(robot, 0.0))
-    actor = world.actors["it"]
-    actor.load(0.0, STEP)
-    sample = actor._due[0].found.sample  # type: ignore[index]
-    assert float(sample.depth[0, 0]) == pytest.approx(0.01)
-    world.close()
+    with contextlib.closing(world_of(robot, {}, StillWater(), start(robot, 0.0))) as world:
+        actor = world.actors["it"]
+        actor.load(0.0, STEP)
+        sample = actor._due[0].found.sample  # type: ignore[index]
+        assert float(sample.depth[0, 0]) == pytest.approx(0.01)

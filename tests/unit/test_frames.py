@@ -35,8 +35,7 @@ def rng() -> np.random.Generator:
 @pytest.fixture
 def quaternions(rng: np.random.Generator) -> NDArray[np.float64]:
     """Random unit quaternions."""
-    unit: NDArray[np.float64] = normalised(rng.standard_normal((ROWS, 4)))
-    return unit
+    return normalised(rng.standard_normal((ROWS, 4)))
 
 
 def test_matrices_match_an_independent_library(quaternions: NDArray[np.float64]) -> None:

@@ -26,8 +26,7 @@ def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     def compiled(graph: Any, given: Any) -> Callable[..., Any]:
         graphs.append(graph)
-        run: Callable[..., Any] = graph
-        return run
+        return graph
 
     monkeypatch.setattr("seals.tensor_compiler.fused.compiled", compiled)
     return graphs
@@ -156,7 +155,7 @@ def test_numbers_that_rows_hold_for_themselves_are_counted() -> None:
     pytest.importorskip("torch", reason="a compiled law needs torch")
     import torch
 
-    from seals.tensor_compiler.compiling import held_by_row
+    from seals.tensor_compiler.fused import held_by_row
     from seals.tensor_compiler.tracing import traced
 
     own, shared, rows = torch.rand(32, 2), torch.rand(3), torch.rand(32, 3)

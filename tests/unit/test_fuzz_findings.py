@@ -7,7 +7,6 @@ import lzma
 import re
 import sqlite3
 import struct
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -124,12 +123,8 @@ Long repetitive ones are kept compressed, as ``.bin.xz``.
 
 
 @pytest.mark.parametrize("file", FOUND, ids=[file.name.partition(".")[0] for file in FOUND])
-def test_what_fuzzing_found_ends_in_words(
-    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_fuzzing_found_ends_in_words(file: Path, tmp_path: Path) -> None:
     """Each file of the corpus is loaded or refused, within the bounds of the fuzzing."""
-    # at the end: the installed package comes before the checkout
-    monkeypatch.setattr(sys, "path", [*sys.path, str(Path(__file__).parents[2])])
     from benchmarks.fuzz import TARGETS, one
 
     try:

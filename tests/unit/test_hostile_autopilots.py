@@ -17,14 +17,7 @@ from seals.errors import ConfigError
 from seals.teleop.autopilot import ardupilot
 from seals.teleop.autopilot.ardupilot import ArduPilot
 from seals.teleop.autopilot.flight_state import FlightState
-
-
-def ended(wire: socket.socket) -> bool:
-    """Return whether a connection was ended by the other side."""
-    try:
-        return wire.recv(64) == b""
-    except ConnectionError:
-        return True
+from tests.unit.test_hostile_peers import ended
 
 
 def at_rest() -> FlightState:

@@ -162,10 +162,9 @@ def test_foxglove_tells_a_foreign_page_nothing(tmp_path: Path) -> None:
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
     from websockets.exceptions import InvalidStatus
 
-    from seals.config.compose import compose
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
-    settings: Any = build_run(compose(["robot=ball", "live=foxglove", "live.port=0"]))
+    settings: Any = run_settings(["robot=ball", "live=foxglove", "live.port=0"])
     settings.live.open(settings, tmp_path)
     try:
         place = f"ws://127.0.0.1:{settings.live._gate.port}"

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.world import World
 
 QUIET = [
@@ -23,7 +23,7 @@ QUIET = [
 
 def world_of(*options: str) -> World:
     """A ball with a quiet inertial unit."""
-    return build_world(build_run(compose(["robot=ball", *QUIET, *options])))
+    return make(["robot=ball", *QUIET, *options])
 
 
 def read(world: World, steps: int) -> list[dict[str, Any] | None]:
@@ -79,7 +79,7 @@ def test_one_seed_is_one_record() -> None:
     noisy = ["robot=ball", "initial.position=[0,0,20]"]
 
     def record(seed: int) -> np.ndarray:
-        world = build_world(build_run(compose([*noisy, f"seed={seed}"])))
+        world = make([*noisy, f"seed={seed}"])
         return np.array([row["specific_force"] for row in read(world, 40) if row])
 
     np.testing.assert_array_equal(record(5), record(5))
@@ -88,17 +88,15 @@ def test_one_seed_is_one_record() -> None:
 
 def test_the_unit_may_sit_on_a_moving_link() -> None:
     """On a swinging link it reads that link's angular velocity, base and joint together."""
-    run = build_run(
-        compose(
-            [
-                "robot=free_arm",
-                *QUIET,
-                "sensors.imu.link=upper",
-                "initial.position=[0,0,20]",
-                "initial.joint_velocity=[2,0]",
-                "initial.angular_velocity=[0,0.5,0]",
-            ]
-        )
+    run = run_settings(
+        [
+            "robot=free_arm",
+            *QUIET,
+            "sensors.imu.link=upper",
+            "initial.position=[0,0,20]",
+            "initial.joint_velocity=[2,0]",
+            "initial.angular_velocity=[0,0.5,0]",
+        ]
     )
     world = build_world(run)
     world.step()
@@ -116,4 +114,4 @@ def test_an_unknown_link_is_refused(pebble: Path) -> None:
     with (pebble / "robot.yaml").open("a", encoding="utf-8") as stream:
         stream.write("sensors:\n  imu: {sensor: imu, link: bse}\n")
     with pytest.raises(ConfigError, match="Did you mean 'base'"):
-        build_world(build_run(compose([f"robot={pebble}"])))
+        make([f"robot={pebble}"])

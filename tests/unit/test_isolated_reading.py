@@ -81,11 +81,25 @@ def near(monkeypatch: pytest.MonkeyPatch) -> str:
     return Path(__file__).stem
 
 
-def test_a_crash_is_refused(near: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("reader", "words"),
+    [
+        ("_crash", "crashes"),
+        # a library that ends the process with code 0
+        ("_quit", "handed over nothing"),
+        # packed zeros take a thousandth of the memory that they unpack to
+        pytest.param(
+            "_swell",
+            "more memory",
+            marks=pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX's"),
+        ),
+    ],
+)
+def test_a_reader_that_fails_is_refused(reader: str, words: str, near: str, tmp_path: Path) -> None:
     """The process of the user goes on."""
     (tmp_path / "a").write_bytes(b"x")
-    with pytest.raises(LogError, match="crashes"):
-        read_isolated(f"{near}:_crash", tmp_path / "a")
+    with pytest.raises(LogError, match=words):
+        read_isolated(f"{near}:{reader}", tmp_path / "a")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX's")
@@ -98,14 +112,6 @@ def test_an_endless_loop_is_refused(
     (tmp_path / "a").write_bytes(b"x")
     with pytest.raises(LogError, match="longer than 1 s of computing"):
         read_isolated(f"{near}:_hang", tmp_path / "a")
-
-
-@pytest.mark.skipif(os.name != "posix", reason="limits of a process are POSIX's")
-def test_a_file_that_swells_is_refused(near: str, tmp_path: Path) -> None:
-    """Packed zeros take a thousandth of the memory that they unpack to."""
-    (tmp_path / "a").write_bytes(b"x")
-    with pytest.raises(LogError, match="more memory"):
-        read_isolated(f"{near}:_swell", tmp_path / "a")
 
 
 def test_the_clock_ends_it_as_well(
@@ -165,13 +171,6 @@ def test_content_is_handed_over(near: str, tmp_path: Path) -> None:
     found = read_isolated(f"{near}:_content", tmp_path / "a")
     assert found["name"] == "a"
     np.testing.assert_array_equal(found["parts"][0], [3, 1])
-
-
-def test_a_reader_that_hands_over_nothing(near: str, tmp_path: Path) -> None:
-    """A library that ends the process with code 0 is refused, too."""
-    (tmp_path / "a").write_bytes(b"x")
-    with pytest.raises(LogError, match="handed over nothing"):
-        read_isolated(f"{near}:_quit", tmp_path / "a")
 
 
 def test_the_process_of_the_user_never_reads(

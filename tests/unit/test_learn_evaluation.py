@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -36,7 +35,6 @@ from seals.learn.world_hash import _placeless, world_hash
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")
 
-sys.path.insert(0, str(Path(__file__).parent))
 
 LENGTHS = (4, 7, 10)
 """Steps until a toy episode ends; it depends on the seed."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import builtins
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -100,17 +100,10 @@ def test_a_training_leaves_a_film_only_where_it_is_asked_for(
 
 
 def test_a_film_that_cannot_be_written_is_refused_before_the_training(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, absent: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Nobody waits an hour to learn that a package is missing."""
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "av":
-            raise ImportError("No module named 'av'")
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("av")
     assert main(["train", *TINY, "film=true", f"hydra.run.dir={tmp_path}"]) == 2
     assert "aam-seals[render]" in capsys.readouterr().err
     assert not (tmp_path / "run.json").exists()

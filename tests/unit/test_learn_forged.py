@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,9 +14,7 @@ pytest.importorskip("torchrl")
 from seals.errors import ConfigError  # noqa: E402  only where there is PyTorch
 from seals.learn.training.checkpoint import FILE, write_checkpoint  # noqa: E402
 from seals.learn.training.resumption import take_up  # noqa: E402  likewise
-
-sys.path.insert(0, str(Path(__file__).parent))
-from test_learn_training import LEARNERS, losses, training_of  # noqa: E402
+from tests.unit.test_learn_training import LEARNERS, losses, training_of  # noqa: E402
 
 Change = Callable[[dict[str, Any]], Any]
 

@@ -180,11 +180,11 @@ def test_commands_beyond_the_drives_are_the_best_in_most_cases(
     from seals.control.mass_properties import MassPropertyEstimator
     from seals.control.plant import build_plant
     from seals.run.assembly import build_model
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
     robot = {4: "aam", 6: "hexacopter"}[rows]
     words = [f"robot={robot}", "water=fossen", "controller=cascade", "guide=hover"]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     model, effects = build_model(settings)
     plant = build_plant(model, effects, settings.environment)
     centre = MassPropertyEstimator(plant.robot).at(stowed(model)).centre

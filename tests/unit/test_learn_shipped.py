@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +15,7 @@ from seals.learn.world_hash import world_hash
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 
-sys.path.insert(0, str(Path(__file__).parent))
-from played import replayed
+from tests.unit.played import replayed
 
 
 def test_ten_episodes_of_the_script_come_with_the_manipulator() -> None:

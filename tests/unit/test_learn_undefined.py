@@ -85,7 +85,7 @@ def test_a_training_whose_figures_are_no_numbers_stops(tmp_path: Any) -> None:
     course = TrainingSchedule(steps=10)
     training = Training(envs.unwrapped.batched, _Agent(), course=course, folder=tmp_path)
     training._statistics.update({"loss": torch.tensor(math.nan)})
-    with pytest.raises(PhysicsError, match="not finite by step 0: loss"):
+    with pytest.raises(PhysicsError, match=r"loss.* not finite by step 0"):
         training._log()
     training._statistics.returns[1] = math.nan
     with pytest.raises(PhysicsError, match="return of an episode under way"):

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.control.fins import fins_of
 from seals.control.line_of_sight import LegPosition
 from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.plugins.guides.los import Los
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 SPEED, AHEAD = 1.3, 4.0
 
@@ -98,7 +98,7 @@ def test_a_place_beside_a_leg_has_signs_to_the_left_and_above() -> None:
 
 def test_fins_turn_the_torpedo_by_the_published_coefficients() -> None:
     """9.64 N and 6.15 N m a radian and (m/s)^2 for a pair of fins (Prestero 2001)."""
-    settings = build_run(compose(["robot=torpedo", "water=fossen", "backend=free"]))
+    settings = run_settings(["robot=torpedo", "water=fossen", "backend=free"])
     world = build_world(settings)
     actor = world.actors["robot"]
     plant = build_plant(actor.robot, actor.effects, settings.environment)
@@ -119,5 +119,5 @@ def test_a_vehicle_that_cannot_steer_is_refused_by_name(tmp_path: Path) -> None:
     """A propeller without rudder commands no yaw; the refusal says what it takes."""
     words = ["robot=torpedo", "water=fossen", "guide=los", "backend=free", "~effects.fins"]
     with pytest.raises(ConfigError, match="do not command yaw") as refusal:
-        build_world(build_run(compose(words)))
+        make(words)
     assert "a rudder" in str(refusal.value)

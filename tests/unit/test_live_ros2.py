@@ -143,12 +143,11 @@ def test_pictures_and_points_are_in_optical_axes() -> None:
 
 def test_commands_of_a_topic_stay_within_the_limits() -> None:
     """Numbers that are missing or none rest."""
-    from seals.config.compose import compose
     from seals.run.assembly import ROBOT, build_world
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
     words = ["robot=auv", "water=fossen", "controller=direct", "guide=commanded"]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     assert isinstance(settings.controller, Direct)
     settings.controller.tell(np.array([5.0, np.nan, 1e6, -1e6]))
     world = build_world(settings)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.environment.sampler import WaterColumn
 from seals.environment.seawater import density_of, viscosity_of
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 # UNESCO Technical Papers in Marine Science 44 (1983), check values of EOS-80 at p = 0:
 # each row salinity, then temperature (IPTS-68), then density
@@ -56,43 +57,36 @@ def test_a_stated_density_rules() -> None:
 def test_lift_follows_the_density_at_depth(depth: float, density: float) -> None:
     """The lift of a submerged ball is rho(depth) g V: above, inside and below a salinity step."""
     water = ["environment.water_temperature=[[0,5]]", "environment.salinity=[[0,0],[10,0],[20,35]]"]
-    run = build_run(
-        compose(["robot=ball", "water=fossen", f"initial.position=[0,0,{-depth}]", *water])
-    )
-    world = build_world(run)
-    world.step()
-    lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
-    world.close()
+    run = run_settings(["robot=ball", "water=fossen", f"initial.position=[0,0,{-depth}]", *water])
+    with contextlib.closing(build_world(run)) as world:
+        world.step()
+        lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
     volume = 4.0 / 3.0 * np.pi * 0.05**3
     assert lift == pytest.approx(density * 9.81 * volume, rel=1e-7)
 
 
 def test_no_water_is_no_lift() -> None:
     """Without a water level buoyancy is zero wherever the robot is."""
-    run = build_run(
-        compose(
-            [
-                "robot=ball",
-                "water=fossen",
-                "environment.water_level=null",
-                "initial.position=[0,0,-3]",
-            ]
-        )
+    run = run_settings(
+        [
+            "robot=ball",
+            "water=fossen",
+            "environment.water_level=null",
+            "initial.position=[0,0,-3]",
+        ]
     )
-    world = build_world(run)
-    world.step()
-    assert not world.actors["robot"].ledger.of("buoyancy").any()
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        world.step()
+        assert not world.actors["robot"].ledger.of("buoyancy").any()
 
 
 def test_the_water_level_may_be_anywhere() -> None:
     """A ball whose centre is at the level displaces half its volume, at any height of the level."""
     for level in (0.0, 2.5):
         place = [f"environment.water_level={level}", f"initial.position=[0,0,{level}]"]
-        run = build_run(compose(["robot=ball", "water=fossen", *place]))
-        world = build_world(run)
-        world.step()
-        lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
-        world.close()
+        run = run_settings(["robot=ball", "water=fossen", *place])
+        with contextlib.closing(build_world(run)) as world:
+            world.step()
+            lift = world.actors["robot"].ledger.of("buoyancy")[0, 0, 2]
         half = 2.0 / 3.0 * np.pi * 0.05**3
         assert lift == pytest.approx(998.206 * 9.81 * half, rel=1e-6)

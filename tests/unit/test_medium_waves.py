@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.effects.identification import Residual
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
 from seals.plugins.waves.airy import WaveAiry
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 WAVE = WaveAiry(amplitude=0.1, period=2.0, direction=0.6, phase=0.3)
 
@@ -70,7 +69,7 @@ def test_too_steep_a_wave_is_refused() -> None:
 def test_a_small_float_rides_the_long_wave() -> None:
     """A light ball on a wave of 62 m length rises and falls with the surface, within 5 %."""
     wave = ["wave=airy", "wave.amplitude=0.3", "wave.period=6.3", "initial.position=[0,0,0.31]"]
-    run = build_run(compose(["robot=ball", "water=fossen", *wave, "time.step=0.01"]))
+    run = run_settings(["robot=ball", "water=fossen", *wave, "time.step=0.01"])
     surface = WaveAiry(amplitude=0.3, period=6.3)
     world, off = build_world(run), []
     for k in range(1300):

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
+
+from benchmarks import mutations
 
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture
-def mutations(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The command, which is no part of the installed package."""
-    # at the end: the installed package comes before the checkout
-    monkeypatch.setattr(sys, "path", [*sys.path, str(ROOT)])
-    from benchmarks import mutations
-
-    return mutations
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize(("name", "count"), [("gyroscope_bias", 3), ("tether", 4)])
-def test_broken_laws_are_noticed(mutations: Any, name: str, count: int) -> None:
+def test_broken_laws_are_noticed(name: str, count: int) -> None:
     """Wrong sign, frame, attitude and size of two effects each fail a unit test."""
     found = list(mutations.examined(mutations.mutants_of("effect", name)))
     assert [o.line() for o in found if not o.kept] == []
@@ -31,7 +21,7 @@ def test_broken_laws_are_noticed(mutations: Any, name: str, count: int) -> None:
     assert all(o.test for o in found if o.changes)
 
 
-def test_a_law_without_guard_is_found(mutations: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_law_without_guard_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """With no test that asks for the law, every mutant of a bias survives its contract, too."""
     monkeypatch.setattr(mutations, "guards", lambda mutant: [])
     found = list(mutations.examined(mutations.mutants_of("effect", "gyroscope_bias")))
@@ -39,7 +29,7 @@ def test_a_law_without_guard_is_found(mutations: Any, monkeypatch: pytest.Monkey
     assert "SURVIVED" in found[1].line()
 
 
-def test_a_mutant_is_put_back(mutations: Any) -> None:
+def test_a_mutant_is_put_back() -> None:
     """Afterwards the class has its own law again, inherited or not."""
     from seals import registry
 
@@ -51,6 +41,6 @@ def test_a_mutant_is_put_back(mutations: Any) -> None:
 
 
 @pytest.mark.slow
-def test_every_broken_law_is_noticed(mutations: Any, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_broken_law_is_noticed(capsys: pytest.CaptureFixture[str]) -> None:
     """No mutant of any installed effect or actuator survives."""
     assert mutations.main([]) == 0, capsys.readouterr().out

@@ -29,8 +29,7 @@ def buoy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def effects_of(folder: Path) -> dict[str, Any]:
     """Return the effects of a robot folder."""
-    effects: dict[str, Any] = yaml.safe_load((folder / "robot.yaml").read_text("utf-8"))["effects"]
-    return effects
+    return yaml.safe_load((folder / "robot.yaml").read_text("utf-8"))["effects"]
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import builtins
 import dataclasses
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -44,18 +44,6 @@ def drop(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def render(run: Path, *words: str) -> int:
     """Render a run with small frames."""
     return main(["render", f"run={run}", *SMALL, f"hydra.run.dir={run.parent / 'job'}", *words])
-
-
-def hide(monkeypatch: pytest.MonkeyPatch, *gone: str) -> None:
-    """Let packages be absent."""
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name.partition(".")[0] in gone:
-            raise ImportError(f"No module named '{name}'")
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
 
 
 def test_a_run_becomes_frames_that_show_the_robot(drop: Path, tmp_path: Path) -> None:
@@ -303,11 +291,11 @@ def test_the_film_has_all_frames(drop: Path, tmp_path: Path) -> None:
 def test_no_film_writer_is_said_before_a_frame_is_drawn(
     drop: Path,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    absent: Callable[..., None],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Without PyAV the extra is named; film=false needs it not."""
-    hide(monkeypatch, "av")
+    absent("av")
     assert render(drop, f"out={tmp_path / 'a'}", "film=true") == 2
     said = capsys.readouterr().err
     assert "aam-seals[render]" in said

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import builtins
 import math
 import subprocess
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -192,16 +192,9 @@ def test_cameras_see_depth_and_parts() -> None:
     assert red > 2.0 * green
 
 
-def test_missing_mitsuba_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_mitsuba_is_said(absent: Callable[..., None]) -> None:
     """The extra is named, and a renderer that needs it not."""
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name.partition(".")[0] == "mitsuba":
-            raise ImportError("No module named 'mitsuba'")
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("mitsuba")
     with pytest.raises(MissingExtra, match=r"aam-seals\[render\].*renderer=tiny"):
         RendererMitsuba().arrange(DRY, Optics(), Quality.draft)
 

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.rendering.optics import SurfaceAiry, SurfaceStill
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.surface import Mesh, write_ply
 from seals.view.films.water import (
     FAR,
@@ -58,7 +57,7 @@ def areas(mesh: Mesh) -> Any:
 
 def water_run(*words: str) -> Any:
     """Settings of a run with water."""
-    return build_run(compose(["robot=ball", *words]))
+    return run_settings(["robot=ball", *words])
 
 
 def test_voids_go_and_drops_stay() -> None:

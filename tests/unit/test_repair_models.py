@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from seals.api import make
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.config.overlay import load_overlay, read_overlay
@@ -16,8 +17,8 @@ from seals.control.actuator_response import respond
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError
 from seals.registry import get
-from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.assembly import ROBOT
+from seals.run.build import run_settings
 from seals.sysid.validation.writing import withdraw, write_overlay
 from seals.world.drivetrain import Drivetrain
 
@@ -45,7 +46,7 @@ def models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_model_adds_its_effects_to_a_run(models: Path) -> None:
     """The run's robot keeps its own effects; the model's come on top, and its changes are made."""
     words = ["robot=ball", "water=fossen"]
-    plain, more = (build_run(compose([*words, *w])) for w in ([], ["+model=tail"]))
+    plain, more = (run_settings([*words, *w]) for w in ([], ["+model=tail"]))
     assert set(more.effects) - set(plain.effects) == {"tail"}
     assert more.effects["tail"].coefficient_z == 4.0
     assert more.effects["tail"].correction
@@ -59,7 +60,7 @@ def test_the_added_drag_slows_the_robot(models: Path) -> None:
     words += ["initial.velocity=[0,0,-2]", "time.duration=0.4"]
     depths = []
     for extra in ([], ["+model=tail"]):
-        world = build_world(build_run(compose([*words, *extra])))
+        world = make([*words, *extra])
         for _ in range(100):
             world.step()
         depths.append(float(world.actors[ROBOT].body.read().position[2]))
@@ -91,7 +92,7 @@ def test_a_model_is_chosen_by_path_as_well(models: Path) -> None:
     """``model=folder/name.yaml`` and ``model=folder/name`` are the same model."""
     (models / "tail.yaml").rename(models.parent / "other.yaml")
     for word in ("+model=./other", f"+model={models.parent}/other.yaml"):
-        assert "tail" in build_run(compose(["robot=ball", "water=fossen", word])).effects
+        assert "tail" in run_settings(["robot=ball", "water=fossen", word]).effects
 
 
 @pytest.mark.parametrize(
@@ -128,7 +129,7 @@ def test_a_slip_of_the_hand_is_refused_in_words(
 def test_a_change_without_its_effect_is_refused(models: Path) -> None:
     """Without water there is no buoyancy to change."""
     with pytest.raises(ConfigError, match="no effect of the kind 'buoyancy'"):
-        build_run(compose(["robot=ball", "+model=tail"]))
+        run_settings(["robot=ball", "+model=tail"])
 
 
 def test_an_unknown_model_is_refused_with_the_nearest_name(

@@ -42,8 +42,7 @@ def repeated(vehicle: Vehicle, log: Log, start: int = START, higher: float = 0.0
     """The log simulated once more from the truth at one row, or from some metres above it."""
 
     def truth(name: str) -> Floats:
-        values: Floats = log.channel(name)
-        return values
+        return log.channel(name)
 
     trajectory = Trajectory(
         position=truth("position") + np.array((0.0, 0.0, higher)),

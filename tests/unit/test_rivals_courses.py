@@ -223,26 +223,23 @@ def test_more_mass_raises_the_response_below_resonance() -> None:
     assert more > less * 1.02
 
 
-def test_a_rival_that_cannot_act_is_refused() -> None:
-    """The nearest name is said."""
-    settings = settings_for("experiment=falling_balls", "rivals=[liner_drag]")
-    with pytest.raises(ConfigError, match=r"liner_drag(.|\n)*linear_drag"):
-        candidate_set_of(settings, build_robot(settings.robot))
-
-
-def test_a_tolerance_of_no_parameter_is_refused() -> None:
-    """Only parameters of the stated model can be uncertain."""
-    settings = settings_for(
-        "experiment=slocum_glider", "++naming.tolerances={effects.buoyancy.volum_change: 1.0}"
-    )
-    with pytest.raises(ConfigError, match=r"volum_change(.|\n)*volume_change"):
-        candidate_set_of(settings, build_robot(settings.robot))
-
-
-def test_a_nominal_effect_that_is_not_there_is_refused() -> None:
-    """A misspelt instance."""
-    settings = settings_for("experiment=falling_balls", "naming.nominal=[gravitty]")
-    with pytest.raises(ConfigError, match=r"gravitty(.|\n)*gravity"):
+@pytest.mark.parametrize(
+    ("experiment", "word", "wrong", "right"),
+    [
+        ("falling_balls", "rivals=[liner_drag]", "liner_drag", "linear_drag"),
+        (
+            "slocum_glider",
+            "++naming.tolerances={effects.buoyancy.volum_change: 1.0}",
+            "volum_change",
+            "volume_change",
+        ),
+        ("falling_balls", "naming.nominal=[gravitty]", "gravitty", "gravity"),
+    ],
+)
+def test_a_name_of_nothing_is_refused(experiment: str, word: str, wrong: str, right: str) -> None:
+    """A rival, a tolerance and a nominal effect that are not there: the nearest name is said."""
+    settings = settings_for(f"experiment={experiment}", word)
+    with pytest.raises(ConfigError, match=rf"{wrong}(.|\n)*{right}"):
         candidate_set_of(settings, build_robot(settings.robot))
 
 
@@ -255,17 +252,15 @@ def test_one_run_is_too_few() -> None:
         prepare(settings, [log])
 
 
-def test_a_glide_without_pitch_is_refused() -> None:
+@pytest.mark.parametrize(
+    ("experiment", "column", "lacks"),
+    [("slocum_glider", "depth", "pitch"), ("crazyflie_thrust", "specific_force_z", "motor_pwm")],
+)
+def test_a_log_without_a_needed_channel_is_refused(
+    experiment: str, column: str, lacks: str
+) -> None:
     """The channel is named."""
-    log = Log(name="flight", columns={"t": np.arange(9.0), "depth": np.arange(9.0)})
-    settings = settings_for("experiment=slocum_glider")
-    with pytest.raises(LogError, match="pitch"):
-        cases_of(settings)([log], settings, build_robot(settings.robot))
-
-
-def test_a_flight_without_pulse_widths_is_refused() -> None:
-    """The channel is named."""
-    log = Log(name="flight", columns={"t": np.arange(9.0), "specific_force_z": np.arange(9.0)})
-    settings = settings_for("experiment=crazyflie_thrust")
-    with pytest.raises(LogError, match="motor_pwm"):
+    log = Log(name="flight", columns={"t": np.arange(9.0), column: np.arange(9.0)})
+    settings = settings_for(f"experiment={experiment}")
+    with pytest.raises(LogError, match=lacks):
         cases_of(settings)([log], settings, build_robot(settings.robot))

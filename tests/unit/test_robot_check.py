@@ -92,12 +92,11 @@ def test_hulls_of_a_turned_link_are_placed(make: Maker) -> None:
 @pytest.mark.thorough
 def test_installed_robots_have_no_fault() -> None:
     """No robot that comes along fails its own check."""
-    from seals.config.compose import compose
     from seals.config.source import robot_names
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
 
     for name in robot_names():
-        findings = check_robot(build_run(compose([f"robot={name}"])).robot)
+        findings = check_robot(run_settings([f"robot={name}"]).robot)
         assert [str(f) for f in findings if f.verdict is Verdict.FAIL] == []
 
 

@@ -2,40 +2,36 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.check.reach import GRAVITY, Reach, reach_of
 from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.logs import read_native
 from seals.robot.build import build_robot
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
-
-sys.path.insert(0, str(Path(__file__).parent))
-from rov_layouts import LAYOUTS, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, rov_folder
 
 MASS = 11.5
 
 
 def looked(robot: str) -> dict[str, RobotFinding]:
     """Return the findings about a robot by subject."""
-    run = build_run(compose([f"robot={robot}"]))
+    run = run_settings([f"robot={robot}"])
     return {f.subject: f for f in check_robot(run.robot, run.actuators, run.effects)}
 
 
 def reach(robot: str) -> Reach:
     """Return what a robot can do."""
-    run = build_run(compose([f"robot={robot}"]))
+    run = run_settings([f"robot={robot}"])
     found = reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert found is not None
     return found
@@ -99,14 +95,14 @@ def test_the_first_command_of_a_robot_is_one_that_it_can_follow(robot: str, word
     """The words name a controller that takes the robot: a world with them is built."""
     first = reach(robot).first_run()
     assert words in first
-    build_world(build_run(compose([f"robot={robot}", *first.split()]))).close()
+    make([f"robot={robot}", *first.split()]).close()
 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("robot", ["torpedo", "boat"])
 def test_the_first_course_is_long_enough(robot: str) -> None:
     """The printed run takes the vehicle to its place."""
-    run = build_run(compose([f"robot={robot}", *reach(robot).first_run().split()]))
+    run = run_settings([f"robot={robot}", *reach(robot).first_run().split()])
     (place,) = goal_results(simulate(run))
     assert place.reached, str(place)
 
@@ -148,7 +144,7 @@ def test_what_seals_new_prints_runs(
     last = capsys.readouterr().out.strip().splitlines()[-1].split()
     assert last[:3] == ["seals", "run", "robot=my_rov"]
     assert words in " ".join(last[3:])
-    world = build_world(build_run(compose(last[2:])))
+    world = make(last[2:])
     for _ in range(20):
         world.step()
     world.close()
@@ -172,7 +168,7 @@ def test_a_tilted_third_rotor_is_told_to_hover(
     words = first_command("tricopter.urdf", capsys)
     assert reach("mine").flies
     assert "controller=cascade" in words
-    build_world(build_run(compose(words[1:]))).close()
+    make(words[1:]).close()
 
 
 def test_rotors_beside_a_thruster_are_not_told_to_hover() -> None:
@@ -183,7 +179,7 @@ def test_rotors_beside_a_thruster_are_not_told_to_hover() -> None:
         "actuators.pusher.position=[[-0.2,0,0]]",
         "actuators.pusher.axis=[[1,0,0]]",
     ]
-    run = build_run(compose(["robot=hexacopter", *pusher]))
+    run = run_settings(["robot=hexacopter", *pusher])
     found = reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert found is not None
     assert found.flies
@@ -211,7 +207,7 @@ def test_one_propeller_does_not_steer(tmp_path: Path) -> None:
 def test_two_actuators_do_not_share_a_column() -> None:
     """A thruster whose column is that of a rotor would take its place unseen."""
     pusher = ["+actuator@actuators.pusher=thrusters", "actuators.pusher.max_force=[5]"]
-    run = build_run(compose(["robot=hexacopter", *pusher]))
+    run = run_settings(["robot=hexacopter", *pusher])
     with pytest.raises(ConfigError, match="another actuator already") as caught:
         reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert "pusher.first" in str(caught.value) or "rotors.first" in str(caught.value)
@@ -224,7 +220,7 @@ def test_a_vehicle_without_sway_is_steered_at_its_depth(tmp_path: Path) -> None:
     found = looked(folder)["axes"]
     assert found.found.startswith("commands surge, heave, yaw;")
     assert found.verdict is Verdict.OK
-    run = build_run(compose([f"robot={folder}"]))
+    run = run_settings([f"robot={folder}"])
     reach = reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert reach is not None
     assert "controller=autopilot guide.places=[[20,0,-2]]" in reach.first_run()

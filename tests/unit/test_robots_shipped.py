@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import itertools
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,16 +13,13 @@ import pytest
 
 from seals.check.floating import FloatingBody
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.robot.build import build_robot
 from seals.robots.workshop.files import write
 from seals.robots.workshop.links import Machine
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
-
-sys.path.insert(0, str(Path(__file__).parent))
-from texts import same_text
+from tests.unit.texts import same_text
 
 ROOT = Path(__file__).parents[2]
 MADE = ("aam", "hexacopter", "aam_dual_arm", "auv")
@@ -37,13 +33,12 @@ GRASP = np.array([0.0, 0.0, -0.107])
 def machine(name: str) -> Machine:
     """Return what the script of a robot or an animal makes."""
     script = f"animals.{name}.make_{name}" if name in ANIMALS else f"robots.{name}.make_meshes"
-    made: Machine = importlib.import_module(f"seals.{script}").machine()
-    return made
+    return importlib.import_module(f"seals.{script}").machine()
 
 
 def run_of(name: str, *more: str) -> RunSettings:
     """Return the settings of a run with a robot."""
-    return build_run(compose([f"robot={name}", *more]))
+    return run_settings([f"robot={name}", *more])
 
 
 @pytest.fixture

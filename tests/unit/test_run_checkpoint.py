@@ -7,7 +7,6 @@ import json
 import os
 import pickle
 import shutil
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,20 +15,17 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.training.rows import Rows
 from seals.plugins.backends.pybullet import backend, trial
 from seals.run import checkpoint
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.pictures import COLUMNS, Pictures
 from seals.run.recorder import Moment
 from seals.run.simulation import _Books, _books
 from seals.world import World
-
-sys.path.insert(0, str(Path(__file__).parent))
-from stored_states import entries, forged, parts
+from tests.unit.stored_states import entries, forged, parts
 
 FLIGHT = ["robot=crazyflie", "controller=cascade", "guide=hover", "initial.position=[0,0,1]"]
 FLIGHT += ["time.step=0.004", "time.duration=0.2"]
@@ -39,7 +35,7 @@ STEPS = 5
 @pytest.fixture(scope="module")
 def flown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, World, _Books]]:
     """Keep a flight after some steps; the world stands as after its start."""
-    settings = build_run(compose(FLIGHT))
+    settings = run_settings(FLIGHT)
     world = build_world(settings)
     books, folder = _books(settings, world, 50), tmp_path_factory.mktemp("flown") / "checkpoint"
     start, first = world.snapshot(), books.snapshot()

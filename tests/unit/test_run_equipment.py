@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 import yaml
 
+from seals.api import make
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.robot.whole_body import place_on_base
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.schema import parameters_of
 from seals.sysid.data.robot_description import describe_robot
@@ -40,7 +39,7 @@ QUAD = (
 
 def meta_of(*words: str) -> dict[str, Any]:
     """Metadata of a short run."""
-    record = simulate(build_run(compose([*words, "time.duration=0.02"])), label="test")
+    record = simulate(run_settings([*words, "time.duration=0.02"]), label="test")
     return dict(record.log.meta)
 
 
@@ -146,7 +145,7 @@ def test_rotors_that_carry_from_the_start_leave_the_height(tmp_path: Path) -> No
     words += ["initial.joint_position=[1.55,0.0,0.0,-0.6,-0.6,-0.6]"]
     lost = {}
     for start in ("rest", "carrying"):
-        world = build_world(build_run(compose([*words, f"initial.drives={start}"])))
+        world = make([*words, f"initial.drives={start}"])
         lowest = 2.0
         for _ in range(150):
             world.step()

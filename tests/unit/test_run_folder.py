@@ -11,7 +11,6 @@ import pytest
 import yaml
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.logs.check import check_log
@@ -19,7 +18,7 @@ from seals.logs.finding import Severity
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.robot.whole_body import whole_body
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Record, simulate
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -51,7 +50,7 @@ def make(folder: Path, urdf: str, more: str = "") -> Path:
 
 def ran(*words: str) -> Record:
     """Simulate without a folder."""
-    return simulate(build_run(compose(list(words))))
+    return simulate(run_settings(list(words)))
 
 
 def only_run(folder: Path) -> Path:

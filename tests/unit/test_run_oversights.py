@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from seals.api import make
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.command import ended
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings_remarks import find_conflicts, find_left_out, find_unused
 
 
@@ -36,7 +36,7 @@ from seals.run.settings_remarks import find_conflicts, find_left_out, find_unuse
 )
 def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
     """A controller without a guide and a wave without water; nothing else."""
-    found = find_unused(build_run(compose(words)), words)
+    found = find_unused(run_settings(words), words)
     assert [remark.split(":")[0] for remark in found] == said
     assert all(len(remark.splitlines()) == 2 for remark in found)
 
@@ -58,7 +58,7 @@ def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
 )
 def test_what_the_robot_does_not_feel_is_said(words: list[str], said: list[str]) -> None:
     """Air, water and waves that act on nothing of the robot, each with what to add."""
-    found = find_left_out(build_run(compose(words)))
+    found = find_left_out(run_settings(words))
     assert [remark[: len(start)] for remark, start in zip(found, said, strict=True)] == said
     assert all(len(remark.splitlines()) == 2 for remark in found)
 
@@ -90,7 +90,7 @@ def test_what_the_robot_does_not_feel_is_said(words: list[str], said: list[str])
 )
 def test_what_is_told_twice_and_differently_is_said(words: list[str], said: list[str]) -> None:
     """Gravity, levels and depth of the water stand in two places; what to write follows."""
-    found = find_conflicts(build_run(compose(["robot=ball", "water=fossen", *words])))
+    found = find_conflicts(run_settings(["robot=ball", "water=fossen", *words]))
     assert [remark.splitlines()[1].split(", or")[0] for remark in found] == [
         f"Say {words}" for words in said
     ]
@@ -142,10 +142,8 @@ def test_multirun_may_stand_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyP
 )
 def test_what_cannot_fly_is_refused(words: tuple[str, ...], said: str) -> None:
     """A guide without its sensors, a controller without drives, thrusters asked to carry."""
-    from seals.run.assembly import build_world
-
     with pytest.raises(ConfigError, match=said):
-        build_world(build_run(compose(list(words))))
+        make(list(words))
 
 
 def test_a_refused_sweep_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,11 +15,10 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.logs.table import read_parquet
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 POOL = [
     "run",
@@ -139,7 +138,7 @@ class Counting:
 
 def stepped(words: list[str], steps: int) -> tuple[Any, Counting]:
     """A world after some steps, with a renderer that counts."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     settings.viewer = counting = Counting()
     world = build_world(settings)
     for _ in range(steps):

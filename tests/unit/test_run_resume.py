@@ -14,11 +14,10 @@ from pathlib import Path
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.logs.table import read_parquet
 from seals.run import checkpoint
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.recorder import Moment
 
 BALL = [
@@ -158,7 +157,7 @@ def test_a_killed_run_in_particles_goes_on_bit_for_bit(elsewhere: Path) -> None:
 
 def test_a_state_that_cannot_be_kept_is_said(tmp_path: Path) -> None:
     """A backend without a format on disk is refused at the start; without checkpoints it runs."""
-    settings = build_run(compose(["robot=ball", "checkpoint=5"]))
+    settings = run_settings(["robot=ball", "checkpoint=5"])
     assert checkpoint.interval_of(settings) == 5.0
     bare = replace(settings, backend=object())
     with pytest.raises(ConfigError, match="cannot be kept on disk"):

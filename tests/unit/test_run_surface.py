@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import builtins
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -83,17 +83,10 @@ def test_a_ply_file_reads_back(tmp_path: Path) -> None:
 
 
 def test_a_missing_package_is_said_before_anything_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, absent: Callable[..., None]
 ) -> None:
     """Without pysplashsurf the refusal names what to install."""
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "pysplashsurf":
-            raise ImportError(name)
-        return real(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("pysplashsurf")
     water: Any = Water()
     with pytest.raises(MissingExtra, match=r"pip install 'aam-seals\[render\]'"):
         Surfaces(0.1, water)

@@ -13,9 +13,8 @@ import yaml
 
 from seals.check.robot import Verdict, check_robot
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.errors import ConfigError, RobotError
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.scaffold.robot import NewRobot, scaffold_robot
 
 INERTIA = '<inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/>'
@@ -323,7 +322,7 @@ def test_the_one_propeller_of_a_plane_is_a_rotor(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.abs(made.drives[0].axis), [[1.0, 0.0, 0.0]], atol=1e-9)
     assert any(e["effect"] == "lift" for e in facts["effects"].values())
     # it need not hover: 1.02 kg on 4.2 x 0.002 m^2, half of 1.2041 kg/m^3, 0.2 rad
-    run = build_run(compose([f"robot={made.folder}"]))
+    run = run_settings([f"robot={made.folder}"])
     found = check_robot(run.robot, run.actuators, run.effects)
     assert not any(each.verdict is Verdict.FAIL for each in found)
     words = next(str(each) for each in found if "wings" in str(each))

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import RobotError
 from seals.multibody.tree import forward
-from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.assembly import ROBOT
 from seals.scaffold.robot import NewRobot, scaffold_robot
 from seals.world.world import World
 
@@ -65,8 +65,7 @@ def taken(parent: Path, text: str, ending: str = "urdf") -> NewRobot:
 def servos_of(made: NewRobot) -> dict[str, list[float]]:
     """Return the servos of a new robot."""
     text = (made.folder / "robot.yaml").read_text(encoding="utf-8")
-    found: dict[str, list[float]] = yaml.safe_load(text)["actuators"]["servos"]
-    return found
+    return yaml.safe_load(text)["actuators"]["servos"]
 
 
 def joints_of(world: World) -> np.ndarray:
@@ -117,13 +116,10 @@ def test_a_rig_bobs(tmp_path: Path, text: str, ending: str) -> None:
     assert any("no servo holds" in line for line in made.changes)
     assert servos_of(made)["kp_each"] == [0.0]
     words = [f"robot={made.folder}", "water=fossen", "environment.water_density=1000"]
-    world = build_world(build_run(compose([*words, "backend=mujoco"])))
-    try:
+    with contextlib.closing(make([*words, "backend=mujoco"])) as world:
         for _ in range(5000):
             world.step()
         depth = float(joints_of(world)[0])
-    finally:
-        world.close()
     assert depth == pytest.approx(0.1 - 16.0 / (0.16 * 1000.0), abs=2e-3)
 
 
@@ -181,12 +177,9 @@ def test_bolted_block_runs_in_both_engines(tmp_path: Path) -> None:
     made = taken(tmp_path, urdf().replace("prismatic", "fixed"))
     for backend in ("mujoco", "pybullet"):
         words = [f"robot={made.folder}", "water=fossen", f"backend={backend}"]
-        world = build_world(build_run(compose(words)))
-        try:
+        with contextlib.closing(make(words)) as world:
             world.step()
             assert np.all(np.isfinite(joints_of(world)))
-        finally:
-            world.close()
 
 
 def test_drives_of_a_rig_are_refused(tmp_path: Path) -> None:
@@ -211,9 +204,6 @@ def test_the_armature_of_mjcf_joints_is_that_of_their_servos(tmp_path: Path) -> 
     assert given["armature_each"] == [0.1]
     assert (given["kp_each"], given["kd_each"]) == ([500.0], [20.0])
     words = [f"robot={made.folder}", "time.step=0.004"]
-    world = build_world(build_run(compose(words)))
-    try:
+    with contextlib.closing(make(words)) as world:
         world.step()
-    finally:
-        world.close()
     assert "joint@armature" not in (made.folder / "README.md").read_text(encoding="utf-8")

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.control.plant import rest_poses
 from seals.effects import bind_effects
 from seals.errors import RobotError
 from seals.motion import Inputs, Medium, Motion
 from seals.multibody.tree import forward
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.scaffold.mending import fixed_joints, sound_inertias, turned_base, weighted_base
 from seals.scaffold.robot import NewRobot, scaffold_robot
 from seals.scaffold.urdf import UrdfDraft
@@ -33,7 +32,7 @@ def made(file: str, parent: Path, **options: object) -> NewRobot:
 
 def failures(new: NewRobot) -> list[str]:
     """What ``seals check`` fails."""
-    run = build_run(compose([f"robot={new.folder}"]))
+    run = run_settings([f"robot={new.folder}"])
     found = check_robot(run.robot, run.actuators, run.effects)
     return [str(one) for one in found if one.verdict is Verdict.FAIL]
 
@@ -137,7 +136,7 @@ def test_eca_a9(tmp_path: Path) -> None:
     )
     (thruster,) = new.drives
     np.testing.assert_allclose(thruster.thrust, 8.0 * 2.0**2)
-    run = build_run(compose([f"robot={new.folder}"]))
+    run = run_settings([f"robot={new.folder}"])
     # angles of attack of 1e-3 at most, whose square is left out; coefficients of six digits
     speed = np.array([2.0, 0.001, -0.002])
     v, w, p, q, r = (*speed[1:], 0.003, 0.001, -0.002)
@@ -188,10 +187,10 @@ def test_skydio_x2(tmp_path: Path) -> None:
     (rotors,) = new.drives
     np.testing.assert_allclose(rotors.thrust * rotors.max_speed**2, 13.0)
     np.testing.assert_allclose(rotors.torque / rotors.thrust, 0.0201)
-    run = build_run(compose([f"robot={new.folder}"]))
+    run = run_settings([f"robot={new.folder}"])
     words = [str(one) for one in check_robot(run.robot, run.actuators, run.effects)]
     assert any("allocation" in line and "rank 3 of 4" in line for line in words)
-    crossed = build_run(compose([f"robot={new.folder}", "actuators.rotors.direction=[-1,1,-1,1]"]))
+    crossed = run_settings([f"robot={new.folder}", "actuators.rotors.direction=[-1,1,-1,1]"])
     found = check_robot(crossed.robot, crossed.actuators, crossed.effects)
     assert any("rank 4 of 4" in str(one) for one in found)
 
@@ -226,7 +225,7 @@ def test_omnicopter(tmp_path: Path) -> None:
     np.testing.assert_allclose(rotors.axis[0], [-0.788675, 0.211325, 0.57735], atol=1e-5)
     np.testing.assert_allclose(rotors.axis[1], [-0.211325, -0.788675, 0.57735], atol=1e-5)
     assert "as if they ran backwards: rotor_1, rotor_2, rotor_5, rotor_6" in said(new)
-    run = build_run(compose([f"robot={new.folder}"]))
+    run = run_settings([f"robot={new.folder}"])
     found = [str(one) for one in check_robot(run.robot, run.actuators, run.effects)]
     assert any("rank 6 of 6" in line for line in found)
 

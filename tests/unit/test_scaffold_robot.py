@@ -11,9 +11,8 @@ import yaml
 
 from seals.check.robot import Verdict, check_robot
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.scaffold.robot import NewRobot, scaffold_robot
 
 LINK = """<link name="{name}"><inertial><origin xyz="0 0 {low}"/><mass value="{mass}"/>
@@ -88,16 +87,13 @@ def made(tmp_path: Path, elements: str, medium: str | None = None) -> NewRobot:
 
 def yaml_of(new: NewRobot) -> dict[str, dict[str, dict[str, object]]]:
     """Return ``robot.yaml`` as data."""
-    data: dict[str, dict[str, dict[str, object]]] = yaml.safe_load(
-        (new.folder / "robot.yaml").read_text(encoding="utf-8")
-    )
-    return data
+    return yaml.safe_load((new.folder / "robot.yaml").read_text(encoding="utf-8"))
 
 
 def test_a_quadrotor_hovers_at_half_thrust(tmp_path: Path) -> None:
     """Rotors are found, balanced in yaw, and strong enough by the stated rule; nothing fails."""
     new = made(tmp_path, quad())
-    settings = build_run(compose([f"robot={new.folder}", "water=fossen"]))
+    settings = run_settings([f"robot={new.folder}", "water=fossen"])
     findings = check_robot(settings.robot, settings.actuators)
     assert [str(f) for f in findings if f.verdict is Verdict.FAIL] == []
     (hover,) = [f.found for f in findings if f.subject == "hover in air"]
@@ -139,7 +135,7 @@ def test_thrusters_become_thrusters(tmp_path: Path) -> None:
         elements += link(f"thruster_{side + 1}", 0.1) + joint(
             f"thruster_{side + 1}", "hull", f"0 {0.15 * side} 0"
         )
-    settings = build_run(compose([f"robot={made(tmp_path, elements).folder}"]))
+    settings = run_settings([f"robot={made(tmp_path, elements).folder}"])
     assert settings.actuators["thrusters"].axis == [[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
 
 
@@ -172,7 +168,7 @@ def test_a_chain_is_an_arm_and_its_fork_a_gripper(tmp_path: Path) -> None:
         "closed": [0.0, 0.0],
         "tips": ["left_pad", "right"],
     }
-    settings = build_run(compose([f"robot={new.folder}"]))
+    settings = run_settings([f"robot={new.folder}"])
     robot = build_robot(settings.robot)
     assert robot.arms["arm"].tool == robot.links.index("wrist_plate")
 
@@ -240,7 +236,7 @@ def test_a_text_stl_is_converted_and_scaled(tmp_path: Path) -> None:
     (urdf.parent / "t.stl").write_text(ascii_stl(300.0), encoding="utf-8")
     new = scaffold_robot("mine", urdf, parent=tmp_path)
     assert (new.folder / "meshes" / "t.obj").is_file()
-    settings = build_run(compose([f"robot={new.folder}"]))
+    settings = run_settings([f"robot={new.folder}"])
     (hull,) = build_robot(settings.robot).hulls
     assert hull is not None
     assert hull.volume == pytest.approx(0.3**3 / 6.0, rel=1e-6)

@@ -439,12 +439,11 @@ def test_rotors_and_thrusters_together(tmp_path: Path) -> None:
     data = yaml.safe_load((made.folder / "robot.yaml").read_text(encoding="utf-8"))
     assert data["actuators"]["thrusters"]["first"] == 4
     assert made.medium.value == "both"
-    from seals.config.compose import compose
-    from seals.run.build import build_run
+    from seals.run.build import run_settings
     from seals.run.simulation import simulate
 
     words = [f"robot={made.folder}", "water=fossen", "time.duration=0.02"]
-    assert simulate(build_run(compose(words))).log.rows > 1
+    assert simulate(run_settings(words)).log.rows > 1
 
 
 def test_a_model_config_names_the_file_of_an_included_model(tmp_path: Path) -> None:

@@ -11,10 +11,9 @@ import pytest
 import yaml
 
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.multibody.tree import forward
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.scaffold.robot import NewRobot, scaffold_robot
 
 VEHICLES = Path(__file__).with_name("urdfs") / "vehicles"
@@ -25,7 +24,7 @@ def taken(tmp_path: Path, name: str, **options: Any) -> tuple[NewRobot, Data]:
     """Return the robot of a file and its ``robot.yaml``, which composes and builds."""
     made = scaffold_robot("mine", VEHICLES / name, parent=tmp_path, **options)
     text = (made.folder / "robot.yaml").read_text(encoding="utf-8")
-    settings = build_run(compose([f"robot={made.folder}"]))
+    settings = run_settings([f"robot={made.folder}"])
     assert build_robot(settings.robot).links == made.robot.links
     data: Data = yaml.safe_load(text)
     return made, data
@@ -33,7 +32,7 @@ def taken(tmp_path: Path, name: str, **options: Any) -> tuple[NewRobot, Data]:
 
 def failures(made: NewRobot) -> list[str]:
     """Return what the check of a robot says failed."""
-    settings = build_run(compose([f"robot={made.folder}"]))
+    settings = run_settings([f"robot={made.folder}"])
     found = check_robot(settings.robot, settings.actuators)
     return [str(finding) for finding in found if finding.verdict is Verdict.FAIL]
 

@@ -10,10 +10,9 @@ import pytest
 import yaml
 from scipy import integrate
 
-from seals.config.compose import compose
 from seals.effects.binding import bind_effects
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.scaffold.robot import scaffold_robot
 from seals.scaffold.shapes import Box
 from tests.unit.test_scaffold_robot import BOX, link, made, write, yaml_of
@@ -100,7 +99,7 @@ def test_a_ball_beside_the_origin_has_an_added_mass_that_is_taken(
     shape = '<geometry><sphere radius="0.3"/></geometry>'
     ball = f'<collision><origin xyz="{place}"/>{shape}</collision>'
     made = scaffold_robot("mine", write(tmp_path, link("body", 9.0, ball)), parent=tmp_path)
-    run = build_run(compose([f"robot={made.folder}"]))
+    run = run_settings([f"robot={made.folder}"])
     robot = build_robot(run.robot)
     bind_effects({**run.effects, **run.actuators}, robot.links)
     entry = yaml.safe_load((made.folder / "robot.yaml").read_text("utf-8"))["effects"]

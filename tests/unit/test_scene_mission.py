@@ -9,15 +9,14 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.control import Plant, Reference, RobotState
 from seals.control.plant import build_plant
 from seals.control.protocols import Guide
 from seals.errors import ConfigError
 from seals.plugins.guides.mission import Grasp, Mission
-from seals.plugins.guides.mission.parse import stages_of
+from seals.plugins.guides.mission.guide import stages_of
 from seals.run.assembly import build_model
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 STEP = 1.0 / 125.0
 
@@ -31,7 +30,7 @@ def bound(guide: Mission) -> Mission:
 @functools.cache
 def plant() -> Plant:
     """The manipulator."""
-    run = build_run(compose(["robot=aam"]))
+    run = run_settings(["robot=aam"])
     return build_plant(*build_model(run), run.environment)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 from pathlib import Path
 
@@ -9,13 +10,12 @@ import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.config.source import find_robot
 from seals.errors import ConfigError
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.folder import write_log
 from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
@@ -24,7 +24,7 @@ from seals.run.simulation import simulate
 def settings(*overrides: str) -> RunSettings:
     """A ball far from a cube, in calm water with a bottom."""
     base = ["robot=ball", "water=fossen", "environment.tank_bottom=-1", "initial.position=[5,0,1]"]
-    return build_run(compose([*base, "+objects.cube.robot=cube", *overrides]))
+    return run_settings([*base, "+objects.cube.robot=cube", *overrides])
 
 
 def test_a_cube_sinks_and_rests_on_the_bottom() -> None:
@@ -73,13 +73,12 @@ def test_mass_and_effects_of_an_object_can_be_set() -> None:
         "environment.gravity=0",
         "+objects.other={robot: cube, position: [0,0,2.06], velocity: [0,0,-1]}",
     )
-    world = build_world(run)
-    robot = world.actors["cube"].robot
-    np.testing.assert_allclose(robot.inertia[0], 4 * 4.167e-5 * np.eye(3), rtol=1e-6)
-    for _ in range(20):
-        world.step()
-    heavy, light = (world.actors[n].body.read().velocity[2] for n in ("cube", "other"))
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        robot = world.actors["cube"].robot
+        np.testing.assert_allclose(robot.inertia[0], 4 * 4.167e-5 * np.eye(3), rtol=1e-6)
+        for _ in range(20):
+            world.step()
+        heavy, light = (world.actors[n].body.read().velocity[2] for n in ("cube", "other"))
     # drag of the light one takes less than a thousandth of its momentum in 80 ms
     assert heavy < -0.1
     assert 0.4 * heavy + 0.1 * light == pytest.approx(-0.1, rel=2e-3)
@@ -90,9 +89,8 @@ def test_wind_blows_on_objects_and_a_payload_stays_with_its_robot() -> None:
     run = settings(
         "+effect@effects.wind=wind", "+effect@effects.load=payload", "effects.wind.velocity_x=5"
     )
-    world = build_world(run)
-    names = world.actors["cube"].effects.names
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        names = world.actors["cube"].effects.names
     assert {"gravity", "buoyancy", "wind", "air_drag"} <= set(names)
     assert "load" not in names
     assert "slamming" not in names
@@ -100,20 +98,19 @@ def test_wind_blows_on_objects_and_a_payload_stays_with_its_robot() -> None:
 
 def test_snapshot_brings_objects_back() -> None:
     """A world with an object continues from a snapshot exactly as it did."""
-    world = build_world(settings("+objects.cube.position=[0,0,0.01]"))
-    for _ in range(20):
-        world.step()
-    kept = world.snapshot()
-
-    def onward() -> np.ndarray:
-        for _ in range(30):
+    with contextlib.closing(build_world(settings("+objects.cube.position=[0,0,0.01]"))) as world:
+        for _ in range(20):
             world.step()
-        return np.concatenate(world.actors["cube"].body.read())
+        kept = world.snapshot()
 
-    first = onward()
-    world.restore(kept)
-    np.testing.assert_array_equal(onward(), first)
-    world.close()
+        def onward() -> np.ndarray:
+            for _ in range(30):
+                world.step()
+            return np.concatenate(world.actors["cube"].body.read())
+
+        first = onward()
+        world.restore(kept)
+        np.testing.assert_array_equal(onward(), first)
 
 
 @pytest.mark.parametrize(

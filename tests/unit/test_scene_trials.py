@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 import yaml
 
-from seals.config.compose import compose
 from seals.environment.ground import ground_height
 from seals.experiments import grasp_lift, sea_air_land
 from seals.experiments.frames import View, draw_frames
 from seals.experiments.trials import Outcome, read_rows, run_trials, summary
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 
 
@@ -58,13 +57,13 @@ def test_seeds_differ_and_compose(module: object) -> None:
     name = module.__name__.rpartition(".")[2]
     texts = {tuple(module.vary(seed)) for seed in range(5)}
     assert len(texts) == 5
-    run = build_run(compose([f"experiment={name}", *module.vary(3)]))
+    run = run_settings([f"experiment={name}", *module.vary(3)])
     assert run.objects["cube"].robot == "cube"
 
 
 def test_the_robot_starts_standing_on_the_beach() -> None:
     """Every seed of the beach puts the body at its standing height above the slope, in the dry."""
-    run = build_run(compose(["experiment=sea_air_land"]))
+    run = run_settings(["experiment=sea_air_land"])
     for seed in range(20):
         x, y, z = yaml.safe_load(sea_air_land.vary(seed)[0].partition("=")[2])
         foot = sea_air_land.STAND * np.array([-np.sin(0.2), 0.0, np.cos(0.2)])
@@ -76,16 +75,14 @@ def test_the_robot_starts_standing_on_the_beach() -> None:
 
 def test_pictures_show_the_robot_and_its_object() -> None:
     """A frame of a run holds more than sky and sand, and two instants differ."""
-    run = build_run(
-        compose(
-            [
-                "robot=ball",
-                "environment.ground_level=0",
-                "initial.position=[0,0,0.5]",
-                "+objects.cube={robot: cube, position: [0.2, 0, 0.3]}",
-                "time.duration=0.2",
-            ]
-        )
+    run = run_settings(
+        [
+            "robot=ball",
+            "environment.ground_level=0",
+            "initial.position=[0,0,0.5]",
+            "+objects.cube={robot: cube, position: [0.2, 0, 0.3]}",
+            "time.duration=0.2",
+        ]
     )
     log = simulate(run).log
     first, second = draw_frames(log, run, [0.0, 0.2], View(size=(120, 90), distance=1.0))
@@ -99,5 +96,5 @@ def test_pictures_show_the_robot_and_its_object() -> None:
 def test_the_experiments_succeed(module: object) -> None:
     """The scripted policy fetches the cube."""
     name = module.__name__.rpartition(".")[2]
-    outcome = module.judge(simulate(build_run(compose([f"experiment={name}", *module.vary(0)]))))
+    outcome = module.judge(simulate(run_settings([f"experiment={name}", *module.vary(0)])))
     assert outcome.success, outcome.reason

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.control.estimate import POSITION
 from seals.errors import ConfigError
 from seals.plugins.sensors.odometry import SensorOdometry
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.sensors.delivery import NEW, Delivery
 from seals.sensors.noise import Noise
 from seals.state_tree import packed, unpacked
@@ -43,7 +42,7 @@ EYE = [*DEEP, *QUIET, "sensors.eye={rate: 250, farthest: 100}"]
 
 def world_of(*words: str) -> World:
     """A world as composed."""
-    return build_world(build_run(compose(list(words))))
+    return make(list(words))
 
 
 def advance(world: World, steps: int) -> list[dict[str, Any]]:
@@ -97,10 +96,9 @@ def test_a_controller_knows_the_time_of_a_late_reading() -> None:
     words += ["initial.position=[0,0,3]", "initial.velocity=[2,0,0]", "effects={}"]
     words += ["+sensor@sensors.odometry=odometry", "sensors.odometry.latency=0.06"]
     words += [f"sensors.odometry.{k}_noise=0" for k in ("position", "velocity", "attitude")]
-    world = world_of(*words)
-    advance(world, 50)
-    estimate = world.actors["robot"].pilot._kept.estimate  # type: ignore[union-attr]
-    world.close()
+    with contextlib.closing(world_of(*words)) as world:
+        advance(world, 50)
+        estimate = world.actors["robot"].pilot._kept.estimate  # type: ignore[union-attr]
     assert estimate is not None
     assert estimate.time == pytest.approx(0.2 - 0.06)
     assert estimate.position[0] == pytest.approx(2.0 * 0.14, abs=0.02)
@@ -141,10 +139,9 @@ def test_a_delay_acts_on_inertial_sensors_or_on_all(names: str, imu: bool, eye: 
 def test_a_turned_range_finder_looks_aside() -> None:
     """Turned by 0.3 rad about its own y axis above level ground: height over cos(0.3)."""
     fault = ["+effect@effects.askew=sensor_misalignment", "effects.askew.rotation_y=0.3"]
-    world = world_of(*FALL, *EYE, *fault, "effects.askew.sensors=[eye]")
-    reading = advance(world, 1)[0]["eye"]
-    height = float(world.actors["robot"].body.read().position[2])
-    world.close()
+    with contextlib.closing(world_of(*FALL, *EYE, *fault, "effects.askew.sensors=[eye]")) as world:
+        reading = advance(world, 1)[0]["eye"]
+        height = float(world.actors["robot"].body.read().position[2])
     assert reading["range"][0] == pytest.approx(height / np.cos(0.3), rel=1e-9)
 
 
@@ -178,33 +175,31 @@ def test_a_sensor_of_what_a_robot_lacks_is_refused(robot: str, plugin: str, word
 
 def test_late_and_lost_readings_survive_a_snapshot_bit_for_bit() -> None:
     """With readings on their way, losses and faults, a world goes on as it would have."""
-    world = world_of(*SUITE)
-    advance(world, 60)
-    kept = world.snapshot()
-    first = advance(world, 120)
-    lost = [row["depth"] is None for row in first]
-    assert 0 < sum(lost) < len(lost)
-    assert any(row["gps"] is not None for row in first)
-    world.restore(kept)
-    again = advance(world, 120)
-    world.close()
+    with contextlib.closing(world_of(*SUITE)) as world:
+        advance(world, 60)
+        kept = world.snapshot()
+        first = advance(world, 120)
+        lost = [row["depth"] is None for row in first]
+        assert 0 < sum(lost) < len(lost)
+        assert any(row["gps"] is not None for row in first)
+        world.restore(kept)
+        again = advance(world, 120)
     for a, b in zip(first, again, strict=True):
         assert all(same(a[name], b[name]) for name in a)
 
 
 def test_memory_of_sensors_can_be_stored() -> None:
     """A checkpoint holds it: what is read back continues alike."""
-    world = world_of(*SUITE)
-    advance(world, 60)
-    suite = world.actors["robot"].sensor_suite
-    kept, state = suite.snapshot(), world.rng.bit_generator.state
-    copy = unpacked(*packed(kept))
-    first = advance(world, 1)
-    suite.restore(copy)
-    world.rng.bit_generator.state = state
-    assert len(suite.heard()) == len({taken for taken, _, _ in copy[1]})
-    assert all(same(kept[0][2][n], copy[0][2][n]) for n in first[0])
-    world.close()
+    with contextlib.closing(world_of(*SUITE)) as world:
+        advance(world, 60)
+        suite = world.actors["robot"].sensor_suite
+        kept, state = suite.snapshot(), world.rng.bit_generator.state
+        copy = unpacked(*packed(kept))
+        first = advance(world, 1)
+        suite.restore(copy)
+        world.rng.bit_generator.state = state
+        assert len(suite.heard()) == len({taken for taken, _, _ in copy[1]})
+        assert all(same(kept[0][2][n], copy[0][2][n]) for n in first[0])
 
 
 def test_a_drift_forgets_as_declared() -> None:

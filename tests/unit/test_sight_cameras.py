@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import builtins
 import math
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from seals import registry
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
@@ -25,8 +25,6 @@ from seals.rendering.light import TABLE
 from seals.rendering.normals import normals_of
 from seals.rendering.optics import to_linear
 from seals.rendering.scene import check_scene
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.run.sight import renderer_of
 from seals.testing.inertial import felt
 
@@ -174,18 +172,11 @@ def test_a_scene_that_cannot_be_drawn_is_refused(change: dict[str, Any], words: 
         check_scene(Scene((box._replace(**change),), ("nothing", "a"), ()))
 
 
-def test_what_is_missing_for_the_ray_caster_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_missing_for_the_ray_caster_is_named(absent: Callable[..., None]) -> None:
     """Without torch: the extra and the other renderer. Unknown devices: the known ones."""
     with pytest.raises(ConfigError, match="cpu, cuda"):
         RendererRaycast(device="gpu")
-    real = builtins.__import__
-
-    def without(name: str, *rest: Any) -> Any:
-        if name == "torch":
-            raise ImportError(name)
-        return real(name, *rest)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("torch")
     with pytest.raises(MissingExtra, match=r"aam-seals\[learn\]"):
         RendererRaycast().open(Scene((), ("nothing",), ()), Light())
 
@@ -228,7 +219,7 @@ def test_runs_with_senseless_cameras_are_refused(words: list[str], message: str)
     """Unknown links, sizes, angles, renderers, waters and details, each with what is allowed."""
     base = ["robot=aam", "+cameras=aam", "water=fossen"]
     with pytest.raises(SealsError) as refusal:
-        build_world(build_run(compose([*base, *words])))
+        make([*base, *words])
     assert message in str(refusal.value)
 
 

@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments import soak
 from seals.experiments.soak import running
 from seals.experiments.soak.flight import OVERRIDES, Wish
 from seals.experiments.soak.running import read_rows, soaked
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 
 @pytest.mark.thorough
@@ -42,9 +41,9 @@ def test_a_soak_goes_on_where_it_was_cut_off(
     settings = [*OVERRIDES, "seed=5"]
     monkeypatch.setattr(running, "EVERY", 200)
     monkeypatch.setattr(running, "MINUTE", 0.0)
-    whole = soaked(tmp_path / "whole", build_run(compose(settings)), 600)
-    soaked(tmp_path / "cut", build_run(compose(settings)), 400)
-    rows = soaked(tmp_path / "cut", build_run(compose(settings)), 600)
+    whole = soaked(tmp_path / "whole", run_settings(settings), 600)
+    soaked(tmp_path / "cut", run_settings(settings), 400)
+    rows = soaked(tmp_path / "cut", run_settings(settings), 600)
     assert [row["process"] for row in rows] == [1.0, 1.0, 2.0]
     for key in ("step", "time_s", "height_m", "crossings", "gap_J", "moved_J"):
         assert [row[key] for row in rows] == [row[key] for row in whole], key
@@ -56,10 +55,10 @@ def test_a_soak_goes_on_by_its_own_words_only(
     """Others are refused before the table is touched; killed between two renames it goes on."""
     monkeypatch.setattr(running, "EVERY", 50)
     monkeypatch.setattr(running, "MINUTE", 0.0)
-    settings, words = build_run(compose([*OVERRIDES, "seed=5"])), ["seed=5"]
+    settings, words = run_settings([*OVERRIDES, "seed=5"]), ["seed=5"]
     soaked(tmp_path, settings, 100, words)
     before = (tmp_path / "soak.csv").read_bytes()
-    other = build_run(compose([*OVERRIDES, "seed=6"]))
+    other = run_settings([*OVERRIDES, "seed=6"])
     with pytest.raises(ConfigError, match="began with: seed=5"):
         soaked(tmp_path, other, 150, ["seed=6"])
     assert (tmp_path / "soak.csv").read_bytes() == before
@@ -82,7 +81,7 @@ def test_a_leak_and_a_gap_are_found() -> None:
 
 def test_commands_are_the_same_for_the_same_seed() -> None:
     """A stretch's command depends on seed and number alone, and stays within the joints' range."""
-    robot = build_robot(build_run(compose(list(OVERRIDES))).robot)
+    robot = build_robot(run_settings(list(OVERRIDES)).robot)
     one, again, other = Wish.drawn(robot, 3, 7), Wish.drawn(robot, 3, 7), Wish.drawn(robot, 3, 8)
     assert np.array_equal(one.place, again.place)
     assert not np.array_equal(one.place, other.place)

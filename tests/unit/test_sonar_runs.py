@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from seals.api import make
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.logs.table import read_parquet
 from seals.plugins.sensors.sonar import SensorSonar
-from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 
 DIVE = [
@@ -70,7 +69,7 @@ def test_a_picture_shows_the_floor_beside_a_wall() -> None:
 
 def log_of(words: list[str]) -> Any:
     """The record of a run without files."""
-    record = simulate(build_run(compose(words)))
+    record = simulate(run_settings(words))
     assert record.error is None
     return record
 
@@ -94,7 +93,7 @@ def test_a_multibeam_logs_the_depth_under_each_beam() -> None:
 
 def test_a_side_scan_sees_the_bottom_to_both_sides() -> None:
     """Silence down to the bottom 2 m below, then echoes."""
-    world = build_world(build_run(compose([*DIVE[1:], "+sonar=side_scan"])))
+    world = make([*DIVE[1:], "+sonar=side_scan"])
     for _ in range(30):
         world.step()
     way = 0.2 + (np.arange(512) + 0.5) * 29.8 / 512
@@ -118,7 +117,7 @@ def test_a_lidar_sees_other_bodies() -> None:
 
 def test_a_snapshot_holds_the_last_ping() -> None:
     """A world continued from a snapshot pings as before."""
-    world = build_world(build_run(compose([*DIVE[1:], *SONAR])))
+    world = make([*DIVE[1:], *SONAR])
     for _ in range(30):
         world.step()
     view = world.actors["robot"].sensor_suite.cameras["sonar"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import sys
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -17,9 +16,7 @@ import pytest
 from seals.state_file import StateError, read_state, write_state
 from seals.state_records import state_record
 from seals.state_tree import checked_generator, conform, packed, unpacked
-
-sys.path.insert(0, str(Path(__file__).parent))
-from stored_states import closed, forged, opened
+from tests.unit.stored_states import closed, forged, opened
 
 
 @state_record

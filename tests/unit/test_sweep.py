@@ -16,10 +16,9 @@ import pytest
 
 from seals.cli.main import main
 from seals.cli.sweep import begun
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.run.application import run_into
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.recorder import Moment, Recorder
 from seals.sweep.book import DONE, Job, JobLock, claimed, read_jobs
 
@@ -168,7 +167,7 @@ def test_a_run_that_was_cut_off_goes_on_at_its_checkpoint(tmp_path: Path) -> Non
             if moment.world.time > 0.03:
                 raise KeyboardInterrupt
 
-    settings = build_run(compose([*words, "checkpoint=1e-9"]))
+    settings = run_settings([*words, "checkpoint=1e-9"])
     record = run_into(cut, settings, overrides=words, recorders=[Stop()])
     assert record.ending.value == "interrupted"
     assert (cut / "checkpoint").is_dir()

@@ -73,8 +73,7 @@ class Rosenbrock:
         step = bounded_step(
             task.normal, task.gradient, low, self.high - task.at, damping=proposal.damping
         )
-        out: Floats = task.at + proposal.share * step
-        return out
+        return task.at + proposal.share * step
 
     def keep(self, task: Valley, outcome: Place) -> None:
         """Move to a point."""

@@ -19,8 +19,7 @@ def drag(speed: float, exponent: float) -> Floats:
     """Drag on a body that moves to and fro in a wind; the exponent is one of its shape."""
     own = np.sin(np.linspace(0.0, 12.0, WINDOWS * ROWS)).reshape(WINDOWS, ROWS)
     flow = speed - own
-    out: Floats = flow * np.abs(flow) ** (1.0 + exponent)
-    return out
+    return flow * np.abs(flow) ** (1.0 + exponent)
 
 
 READINGS = drag(TRUE, 0.0)

@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.check.reach import reach_of
-from seals.config.compose import compose
 from seals.errors import ConfigError
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 
 URDF = """<robot name="quadplane"><link name="body"><inertial><mass value="3"/>
@@ -55,7 +54,7 @@ def test_it_takes_off_to_a_height_and_holds_it(quadplane: Path, engine: str) -> 
         *("environment.ground_level=0", "initial.position=[0,0,0.06]", "time.duration=8"),
         "time.step=0.004",
     )
-    record = simulate(build_run(compose(words)))
+    record = simulate(run_settings(words))
     assert record.error is None
     log = record.log
     held = log.channel("position")[log.time > 6.5]
@@ -68,7 +67,7 @@ def test_it_takes_off_to_a_height_and_holds_it(quadplane: Path, engine: str) -> 
 
 def test_check_sends_it_to_the_cascade(quadplane: Path) -> None:
     """The first run that its import prints is a hover."""
-    settings = build_run(compose([f"robot={quadplane}"]))
+    settings = run_settings([f"robot={quadplane}"])
     from seals.robot.build import build_robot
 
     found = reach_of(build_robot(settings.robot), settings.actuators, settings.effects)
@@ -81,4 +80,4 @@ def test_three_that_lift_are_too_few(quadplane: Path) -> None:
     level = "actuators.rotors.axis=[[0,0,1],[0,0,1],[0,0,1],[1,0,0],[1,0,0]]"
     words = (f"robot={quadplane}", "controller=cascade", "guide=hover", level)
     with pytest.raises(ConfigError, match="5 rotors, 3 of them upright"):
-        build_world(build_run(compose(words)))
+        make(words)

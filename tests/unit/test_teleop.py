@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import builtins
 import importlib.util
 import math
 from collections.abc import Callable
@@ -307,25 +306,16 @@ def test_a_demonstration_is_written_in_the_one_form(session: Callable[..., Path]
     assert (demos.origin.who, demos.origin.rate) == (Who.scripted, 50.0)
 
 
-def missing(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make a package impossible to import."""
-    real = builtins.__import__
-
-    def refuse(wanted: str, *rest: Any, **more: Any) -> Any:
-        if wanted.partition(".")[0] == name:
-            raise ImportError(name)
-        return real(wanted, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", refuse)
-
-
 def test_a_missing_safetensors_names_its_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    absent: Callable[..., None],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     """Before anything is flown, and with no folder left behind."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "keys.yaml").write_text("- {t: 1, press: w}", encoding="utf-8")
-    missing("safetensors", monkeypatch)
+    absent("safetensors")
     words = ["teleop", "robot=crazyflie", "script=keys.yaml", "export=[safetensors]"]
     assert main(words) == 2
     assert "aam-seals[learn]" in capsys.readouterr().err

@@ -15,7 +15,7 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import _astray
 from seals.sysid.report.given_logs import given_logs
-from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
+from seals.sysid.validation.application import acceleration_of, draw_acceleration
 
 
 @pytest.mark.parametrize("root", ["add", "verify"])

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import builtins
 import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -130,16 +128,9 @@ def test_an_address_of_another_machine_is_refused() -> None:
             open_server(host, 0)
 
 
-def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_extra_is_named(absent: Callable[..., None]) -> None:
     """Without viser the refusal says what to install."""
-    honest = builtins.__import__
-
-    def without(name: str, *rest: Any, **more: Any) -> Any:
-        if name == "viser":
-            raise ImportError(name)
-        return honest(name, *rest, **more)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    absent("viser")
     with pytest.raises(MissingExtra, match=r"aam-seals\[view\]"):
         open_server("127.0.0.1", 0)
 

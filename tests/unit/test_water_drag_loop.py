@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.experiments.water_drag_loop import below_the_grid, overrides_of
 from seals.experiments.water_drag_loop.measured import Nominal, nominal_of, write_measurement
@@ -20,7 +19,7 @@ from seals.experiments.water_drag_loop.textbook import (
     Course,
     towed,
 )
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.sysid.report.estimator import MissingEffect
 
 
@@ -55,7 +54,7 @@ def test_a_term_below_zero_is_a_force_beside_the_particles(tmp_path: Path) -> No
     )
     term = below_the_grid(model)
     assert term == {"quadratic_drag": -6.0}
-    settings = build_run(compose(["robot=ball", "water=particles", *overrides_of(term)]))
+    settings = run_settings(["robot=ball", "water=particles", *overrides_of(term)])
     effect = settings.effects["subgrid_quadratic_drag"]
     assert (effect.drag_x, effect.drag_power, effect.correction) == (-6.0, 2.0, True)
     assert effect.medium.value == "water"

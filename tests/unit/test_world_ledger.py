@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.backend import Dynamics
-from seals.config.compose import compose
 from seals.motion import Wrench
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.world import Ledger
 
 
 def test_the_sum_is_what_the_backend_is_given(monkeypatch: pytest.MonkeyPatch) -> None:
     """At every step the wrench handed to the backend is the sum over the effects in the ledger."""
     options = ["robot=free_arm", "water=fossen", "initial.position=[0,0,0.1]"]
-    world = build_world(build_run(compose([*options, "initial.velocity=[0.3,0.1,-0.5]"])))
-    actor, given = world.actors["robot"], []
-    apply = actor.body.apply
+    with contextlib.closing(make([*options, "initial.velocity=[0.3,0.1,-0.5]"])) as world:
+        actor, given = world.actors["robot"], []
+        apply = actor.body.apply
 
-    def watched(dynamics: Dynamics, step: float) -> None:
-        given.append(np.array(dynamics.wrench[0]))
-        apply(dynamics, step)
+        def watched(dynamics: Dynamics, step: float) -> None:
+            given.append(np.array(dynamics.wrench[0]))
+            apply(dynamics, step)
 
-    monkeypatch.setattr(actor.body, "apply", watched)
-    for _ in range(60):
-        world.step()
-    world.close()
+        monkeypatch.setattr(actor.body, "apply", watched)
+        for _ in range(60):
+            world.step()
     np.testing.assert_allclose(actor.ledger.wrenches.sum(axis=1), given, atol=1e-13)
     assert {"gravity", "buoyancy", "water_drag", "added_mass"} <= set(actor.ledger.effects)
 
@@ -39,13 +37,12 @@ def test_the_sum_is_what_the_body_feels() -> None:
     still = [f"effects.added_mass.mass_{a}=0" for a in "xyz"]
     options = ["robot=ball", "water=fossen", "initial.position=[0,0,0.03]", "time.step=0.001"]
     moving = ["initial.velocity=[0.5,0,-1]", "effects.slamming.coefficient=0"]
-    world = build_world(build_run(compose([*options, *moving, *still])))
-    actor, speeds = world.actors["robot"], []
-    for _ in range(101):
-        speeds.append(actor.body.read().velocity)
-        world.step()
-    force = actor.ledger.wrenches.sum(axis=1)[:, 0, :3]
-    world.close()
+    with contextlib.closing(make([*options, *moving, *still])) as world:
+        actor, speeds = world.actors["robot"], []
+        for _ in range(101):
+            speeds.append(actor.body.read().velocity)
+            world.step()
+        force = actor.ledger.wrenches.sum(axis=1)[:, 0, :3]
     # the ball does not turn: link axes are world axes; trapezoidal rule over 0.1 s
     impulse = 0.001 * (force[:-1] + force[1:]).sum(axis=0) / 2.0
     np.testing.assert_allclose(0.3 * (speeds[-1] - speeds[0]), impulse, rtol=1e-4, atol=1e-6)
@@ -53,13 +50,12 @@ def test_the_sum_is_what_the_body_feels() -> None:
 
 def test_weight_and_lift_are_told_apart() -> None:
     """At rest under water the ledger holds -m g and rho g V by their names."""
-    world = build_world(
-        build_run(compose(["robot=ball", "water=fossen", "initial.position=[0,0,-5]"]))
-    )
-    world.step()
-    ledger = world.actors["robot"].ledger
-    weight, lift = ledger.of("gravity")[0, 0], ledger.of("buoyancy")[0, 0]
-    world.close()
+    with contextlib.closing(
+        make(["robot=ball", "water=fossen", "initial.position=[0,0,-5]"])
+    ) as world:
+        world.step()
+        ledger = world.actors["robot"].ledger
+        weight, lift = ledger.of("gravity")[0, 0], ledger.of("buoyancy")[0, 0]
     volume = 4.0 / 3.0 * np.pi * 0.05**3
     # density of fresh water at 20 degC: 998.206 kg/m^3 (Millero and Poisson 1981)
     np.testing.assert_allclose(weight, [0, 0, -0.3 * 9.81, 0, 0, 0], atol=1e-12)

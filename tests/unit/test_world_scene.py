@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from seals.backend import Configuration
-from seals.config.compose import compose
 from seals.run.assembly import build_model
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.world import Actor, World
 
@@ -15,7 +14,7 @@ from seals.world import Actor, World
 def settings() -> RunSettings:
     """A ball without gravity, air or water."""
     quiet = [f"effects.air_drag.coefficient_{axis}=0" for axis in "xyz"]
-    return build_run(compose(["robot=ball", "environment.gravity=0", *quiet]))
+    return run_settings(["robot=ball", "environment.gravity=0", *quiet])
 
 
 def scene(names: list[str]) -> World:

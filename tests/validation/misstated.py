@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,12 +12,7 @@ import numpy as np
 
 from seals.logs.log import Log
 from seals.logs.native import read_native
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import cases, generate  # noqa: E402
+from tests.validation.hidden import cases, generate
 
 MOST = 0.5
 """Largest error of what is stated, as a share."""

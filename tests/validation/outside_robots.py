@@ -17,10 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
 from seals.logs import Log
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 
@@ -294,11 +293,11 @@ def driven(name: str, course: Course, parent: Path) -> Driven:
     """
     began = time.perf_counter()
     made = scaffold_robot(f"my_{name}", VEHICLES / course.file, parent=parent, **course.options)
-    settings = build_run(compose([f"robot={made.folder}"]))
+    settings = run_settings([f"robot={made.folder}"])
     found = check_robot(settings.robot, settings.actuators, settings.effects)
     assert build_robot(settings.robot).links == made.robot.links
     failures = [str(one) for one in found if one.verdict is Verdict.FAIL]
-    record = simulate(build_run(compose([f"robot={made.folder}", *course.words])))
+    record = simulate(run_settings([f"robot={made.folder}", *course.words]))
     assert record.error is None, record.error
     log = record.log
     _, x, y, _ = log.channel("orientation").T

@@ -60,8 +60,7 @@ class Shell:
     def read(self, name: str) -> dict[str, Any]:
         """Return the content of a file whose path the last command printed."""
         (path,) = re.findall(rf"^(.*{re.escape(name)})$", self.said, re.M)
-        found: dict[str, Any] = json.loads(Path(path).read_text())
-        return found
+        return json.loads(Path(path).read_text())
 
 
 @pytest.fixture
@@ -92,8 +91,7 @@ def calibrated(shell: Shell, other: str, *, flies: bool = True) -> dict[str, Any
         shell.follow("run", log="flown")
         assert "log=flown" in shell.printed("diagnose")
     shell.follow("calibrate", said=said)
-    numbers: dict[str, Any] = shell.read("calibration.json")["parameters"]
-    return numbers
+    return shell.read("calibration.json")["parameters"]
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,12 +12,7 @@ from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.report.sentence import sentence
 from seals.sysid.validation.writing import models_of
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
+from tests.validation.hidden import generate
 
 
 def answered(folder: Path, *words: str) -> tuple[Diagnosis, dict[str, dict[str, float]]]:
@@ -91,19 +85,19 @@ def test_a_sensor_fault_is_not_taken_for_a_force(tmp_path: Path) -> None:
     assert [c.name for c in found.answer.claims] == ["sensor_misalignment"]
 
 
-@pytest.mark.thorough
-def test_a_still_vehicle_cannot_tell(tmp_path: Path) -> None:
-    """Hovering shows no drag: the answer is a refusal, not a clean bill."""
-    words = ("--level", "poor_excitation", "--vehicle", "quad", "--seed", "2")
-    found, _ = answered(tmp_path, *words)
-    assert found.answer.verdict.value == "cannot_tell"
-
-
-def test_a_force_outside_the_library_gets_no_name(tmp_path: Path) -> None:
-    """A force that no effect describes is refused a name."""
-    words = ("--level", "out_of_library", "--vehicle", "quad", "--seed", "4")
-    found, _ = answered(tmp_path, *words)
-    assert found.answer.verdict.value == "none_of_these"
+@pytest.mark.parametrize(
+    ("level", "seed", "verdict"),
+    [
+        pytest.param("poor_excitation", 2, "cannot_tell", marks=pytest.mark.thorough),
+        ("out_of_library", 4, "none_of_these"),
+    ],
+)
+def test_what_a_log_cannot_tell_gets_no_name(
+    level: str, seed: int, verdict: str, tmp_path: Path
+) -> None:
+    """A hover shows no drag, no effect describes a force outside the library: no clean bill."""
+    found, _ = answered(tmp_path, "--level", level, "--vehicle", "quad", "--seed", str(seed))
+    assert found.answer.verdict.value == verdict
 
 
 @pytest.mark.slow

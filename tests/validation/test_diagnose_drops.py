@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,12 +9,7 @@ import yaml
 
 from seals.logs.native import read_native
 from seals.sysid.diagnosis import Diagnosis, diagnose
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
+from tests.validation.hidden import generate
 
 pytestmark = pytest.mark.slow
 

@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -30,12 +29,7 @@ from seals.sysid.residual_force import locate_residual_force
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import models_of, overlay_of
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
+from tests.validation.hidden import generate
 
 # opens every fold and every choice, so that each chart has to be drawn
 _OPEN_ALL = """<script>

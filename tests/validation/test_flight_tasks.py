@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.experiments import hover_arm, oval_crossing
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Record, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.validation]
@@ -15,7 +14,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.validation]
 
 def flown(*overrides: str) -> Record:
     """Simulate a recipe."""
-    record = simulate(build_run(compose(overrides)))
+    record = simulate(run_settings(overrides))
     assert record.error is None
     return record
 
@@ -34,7 +33,7 @@ def test_hover_with_a_moving_arm_follows_the_centre_of_gravity(motion: str) -> N
 def test_an_oval_through_the_surface_is_followed(case: str) -> None:
     """Two laps within 5 cm rms, also with less thrust and more mass; the crossing is felt."""
     words = ["experiment=oval_crossing", "guide.laps=2", "time.duration=58"]
-    settings = build_run(compose([*words, *oval_crossing.CASES[case]]))
+    settings = run_settings([*words, *oval_crossing.CASES[case]])
     found = oval_crossing.score(simulate(settings).log, settings.guide)
     assert found.laps == 2
     assert found.rms <= oval_crossing.WITHIN

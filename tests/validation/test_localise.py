@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +13,7 @@ from seals.plugins.effects.formula import EffectFormula
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.residual_force import Localisation, locate_residual_force
 from seals.sysid.selection.log_search import search_log
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
+from tests.validation.hidden import generate
 
 
 def flown(folder: Path, level: str, vehicle: str, effect: str, seed: int) -> Problem:

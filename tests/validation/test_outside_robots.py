@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-import published_robots
-from outside_robots import COURSES, VEHICLES, Course, driven
+from tests.validation import published_robots
+from tests.validation.outside_robots import COURSES, VEHICLES, Course, driven
 
 CHEAP = ("quadrotor", "tricopter", "published round_buoy")
 ALL = {**COURSES, **{f"published {k}": c for k, c in published_robots.COURSES.items()}}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,13 +17,8 @@ from seals.sysid.experiment_design.plan import Plan
 from seals.sysid.experiment_design.ranking import propose
 from seals.sysid.experiment_design.scene import scene_of
 from seals.sysid.predictors.problem import Problem, prepare
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import generate  # noqa: E402
-from tests.validation.replanned import flown, separated  # noqa: E402
+from tests.validation.hidden import generate
+from tests.validation.replanned import flown, separated
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,12 +20,7 @@ from seals.sysid.predictors.windows import window_rows
 from seals.sysid.validation.ablation import model_variants
 from seals.sysid.validation.misfit import Misfit, Yardstick, measure, yardstick
 from seals.sysid.validation.model import Model, nominal
-
-ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
-from tests.validation.hidden import (  # noqa: E402
+from tests.validation.hidden import (
     batch,
     cases,
     equivalents,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,9 +14,6 @@ from seals.logs.native import read_native
 from seals.sysid.diagnosis import diagnose
 
 ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
 from tests.validation.hidden import equivalents, generate, references, writing  # noqa: E402
 from tests.validation.hidden.batch import Flight  # noqa: E402
 from tests.validation.hidden.cases import SECONDS, Spec, build  # noqa: E402

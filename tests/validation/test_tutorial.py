@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import yaml
@@ -10,9 +9,6 @@ import yaml
 from seals.logs.shipped import shipped_logs
 
 ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
 from tests.docs.follow import follow  # noqa: E402
 from tests.docs.pages import steps, told  # noqa: E402
 

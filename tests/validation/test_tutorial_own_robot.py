@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 
@@ -12,9 +11,6 @@ import pytest
 from seals.logs.native import read_native
 
 ROOT = Path(__file__).parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
 from tests.docs.follow import follow  # noqa: E402
 from tests.docs.pages import blocks  # noqa: E402
 

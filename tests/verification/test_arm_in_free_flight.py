@@ -9,13 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.backend import LinkPoses
-from seals.config.compose import compose
 from seals.frames import conjugate, matrix_of, multiply, rotate, rotation_vector
 from seals.motion import Inputs
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.run import build_twin, build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.testing.backend import momentum_of
 
@@ -41,18 +40,16 @@ class Flight(NamedTuple):
 
 def settings(robot: str, step: float, duration: float = 2.0) -> RunSettings:
     """Return a robot that turns slowly in empty space, its servos alone at work."""
-    run = build_run(
-        compose(
-            [
-                f"robot={robot}",
-                "water=none",
-                f"time.step={step}",
-                f"time.duration={duration}",
-                "initial.velocity=[0.3,-0.2,0.1]",
-                "initial.angular_velocity=[0.4,0.2,-0.3]",
-                f"initial.joint_position={ROBOTS[robot][0]}",
-            ]
-        )
+    run = run_settings(
+        [
+            f"robot={robot}",
+            "water=none",
+            f"time.step={step}",
+            f"time.duration={duration}",
+            "initial.velocity=[0.3,-0.2,0.1]",
+            "initial.angular_velocity=[0.4,0.2,-0.3]",
+            f"initial.joint_position={ROBOTS[robot][0]}",
+        ]
     )
     servos = run.actuators.get("servos") or _servos()
     run.effects, run.sensors, run.actuators = {}, {}, {"servos": servos}

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.logs import Log
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
-from rov_layouts import LAYOUTS, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, rov_folder
 
 SURVEY = Path(__file__).parents[1] / "unit/urdfs/vehicles/survey_auv.sdf"
 
@@ -33,7 +29,7 @@ BOAT = ("robot=boat", "guide.speed=1", "guide.acceptance=8", "guide.places=[[0.1
 
 def driven(*words: str) -> Log:
     """Simulate a run and return its log."""
-    record = simulate(build_run(compose([*COMMON, *words])))
+    record = simulate(run_settings([*COMMON, *words]))
     assert record.error is None
     return record.log
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import PhysicsError
 from seals.plugins.backends.free import BackendFree
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.world import World
 from tests.verification.conftest import Bench
 
 
 def world_of(*words: str) -> World:
     """Return a world that stands at its start."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     world = build_world(settings)
     robot = world.actors["robot"].robot
     world.reset({"robot": initial_configuration(settings, robot)})
@@ -26,14 +27,13 @@ def world_of(*words: str) -> World:
 def way(backend: str) -> tuple[np.ndarray, np.ndarray]:
     """Places and joints of a manipulator that swims while its servos turn the arm."""
     words = ["robot=aam", "water=fossen", "initial.position=[0,0,-2]", "time.step=0.004"]
-    world = world_of(f"backend={backend}", *words)
-    actor, rows = world.actors["robot"], []
-    actor.joint_command = np.array([[0.4, -0.3, 0.2, 0.0, 0.0, 0.0]])
-    for _ in range(250):
-        world.step()
-        found = actor.body.read()
-        rows.append(np.concatenate([found.position, found.joints]))
-    world.close()
+    with contextlib.closing(world_of(f"backend={backend}", *words)) as world:
+        actor, rows = world.actors["robot"], []
+        actor.joint_command = np.array([[0.4, -0.3, 0.2, 0.0, 0.0, 0.0]])
+        for _ in range(250):
+            world.step()
+            found = actor.body.read()
+            rows.append(np.concatenate([found.position, found.joints]))
     table = np.array(rows)
     return table[:, :3], table[:, 3:]
 
@@ -61,16 +61,15 @@ def test_the_ground_is_refused_in_words_or_passed(passable: bool) -> None:
     """A ball falls from ten centimetres; without contacts it must not lie on the ground."""
     words = ["robot=ball", "backend=free", "environment.ground_level=0.0"]
     words += ["initial.position=[0,0,0.1]", f"backend.passable={str(passable).lower()}"]
-    world = world_of(*words)
-    steps = round(0.3 / world.step_size)
-    if passable:
-        fall(world, steps)
-        height = world.actors["robot"].body.read().position[2]
-        assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.3**2, abs=0.02)
-    else:
-        with pytest.raises(PhysicsError, match="pybullet"):
+    with contextlib.closing(world_of(*words)) as world:
+        steps = round(0.3 / world.step_size)
+        if passable:
             fall(world, steps)
-    world.close()
+            height = world.actors["robot"].body.read().position[2]
+            assert height == pytest.approx(0.1 - 0.5 * 9.81 * 0.3**2, abs=0.02)
+        else:
+            with pytest.raises(PhysicsError, match="pybullet"):
+                fall(world, steps)
 
 
 def test_a_joint_beyond_its_limit_ends_the_run(bench: Bench) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 from typing import Any
@@ -9,14 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import PhysicsError
 from seals.plugins.actuators.servos import Servos
 from seals.plugins.backends.mujoco import BackendMujoco
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.effects.added_mass import AddedMass
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.testing.backend import momentum_of
 from seals.world import World
@@ -31,7 +31,7 @@ GRAVITY = 9.81
 def cube(*overrides: str) -> RunSettings:
     """A cube of 0.1 kg with edges of 0.05 m on the ground or above it."""
     given = ["robot=cube", "backend=mujoco", "environment.ground_level=0"]
-    return build_run(compose([*given, *overrides]))
+    return run_settings([*given, *overrides])
 
 
 def stepped(world: World, seconds: float) -> list[Any]:
@@ -56,17 +56,16 @@ def heavy(bench: Bench, **initial: Any) -> RunSettings:
 
 def test_a_body_with_six_times_its_mass_of_water_falls_and_rests(bench: Bench) -> None:
     """It falls with m g / (m + A), and presses on the ground with its weight alone."""
-    world = build_world(heavy(bench, position=[0, 0, 1.0]))
-    rows = stepped(world, 0.4)
-    falling = 2.0 * GRAVITY / 14.0
-    assert rows[-1].velocity[2] == pytest.approx(-falling * 0.4, rel=1e-9)
-    assert rows[-1].position[2] == pytest.approx(1.0 - 0.5 * falling * 0.16, rel=1e-9)
-    stepped(world, 2.0)
-    pressing = []
-    for _ in range(50):
-        world.step()
-        pressing.append(world.actors["robot"].body.contact_normals()[0])
-    world.close()
+    with contextlib.closing(build_world(heavy(bench, position=[0, 0, 1.0]))) as world:
+        rows = stepped(world, 0.4)
+        falling = 2.0 * GRAVITY / 14.0
+        assert rows[-1].velocity[2] == pytest.approx(-falling * 0.4, rel=1e-9)
+        assert rows[-1].position[2] == pytest.approx(1.0 - 0.5 * falling * 0.16, rel=1e-9)
+        stepped(world, 2.0)
+        pressing = []
+        for _ in range(50):
+            world.step()
+            pressing.append(world.actors["robot"].body.contact_normals()[0])
     np.testing.assert_allclose(pressing, 2.0 * GRAVITY, rtol=1e-6)
 
 
@@ -74,13 +73,12 @@ def test_an_impact_takes_the_momentum_of_body_and_water(bench: Bench) -> None:
     """The ground's impulse is that of the mass with its added mass."""
     settings = heavy(bench, position=[0, 0, 0.1003], velocity=[0, 0, -0.1])
     settings.effects.pop("gravity")
-    world = build_world(settings)
-    body, impulse = world.actors["robot"].body, 0.0
-    for _ in range(5):
-        world.step()
-        impulse += STEP * float(body.contact_normals()[0])
-    speed = body.read().velocity[2]
-    world.close()
+    with contextlib.closing(build_world(settings)) as world:
+        body, impulse = world.actors["robot"].body, 0.0
+        for _ in range(5):
+            world.step()
+            impulse += STEP * float(body.contact_normals()[0])
+        speed = body.read().velocity[2]
     # it leaves with the share of the speed that takes a penetration back
     assert 0.0 <= speed < 0.011
     assert impulse == pytest.approx(14.0 * (0.1 + speed), rel=1e-6)
@@ -98,9 +96,8 @@ def test_a_ball_bounces_by_the_product_of_the_coefficients(
     ground = {"ground_level": 0.0, "restitution": restitution}
     settings = bench.settings(robot, environment=ground, position=[0, 0, 0.5])
     settings.backend = BackendMujoco()
-    world = build_world(settings)
-    speed = np.array([row.velocity[2] for row in stepped(world, 0.4)])
-    world.close()
+    with contextlib.closing(build_world(settings)) as world:
+        speed = np.array([row.velocity[2] for row in stepped(world, 0.4)])
     assert -speed.min() == pytest.approx(math.sqrt(2.0 * GRAVITY * 0.4), rel=0.03)
     assert speed.max() / -speed.min() == pytest.approx(restitution, abs=0.1)
 
@@ -111,9 +108,10 @@ def test_friction_is_a_cone(angle: float) -> None:
     mu, speed = 0.4, 1.0
     way = np.array([math.cos(angle), math.sin(angle), 0.0])
     flying = f"initial.velocity=[{speed * way[0]},{speed * way[1]},0]"
-    world = build_world(cube(f"environment.friction={mu}", "initial.position=[0,0,0.025]", flying))
-    rows = stepped(world, 0.6)
-    world.close()
+    with contextlib.closing(
+        build_world(cube(f"environment.friction={mu}", "initial.position=[0,0,0.025]", flying))
+    ) as world:
+        rows = stepped(world, 0.6)
     lost = speed - rows[round(0.2 / STEP) - 1].velocity @ way
     assert lost == pytest.approx(mu * GRAVITY * 0.2, rel=0.01)
     # the engine's own law would let it hop by millimetres
@@ -150,11 +148,10 @@ def centre_of(world: World) -> tuple[float, float]:
 @pytest.mark.parametrize("engine", [BackendPybullet, BackendMujoco])
 def test_a_robot_at_its_stops_falls_like_any_other(bench: Bench, engine: Any) -> None:
     """The centre of mass falls by g t^2 / 2: a stop adds nothing, neither speed nor way."""
-    world = build_world(arm(bench, engine, 0.0))
-    (height, momentum), time = centre_of(world), 1.0
-    stepped(world, time)
-    end, gained = centre_of(world)
-    world.close()
+    with contextlib.closing(build_world(arm(bench, engine, 0.0))) as world:
+        (height, momentum), time = centre_of(world), 1.0
+        stepped(world, time)
+        end, gained = centre_of(world)
     assert gained - momentum == pytest.approx(-1.5 * GRAVITY * time, rel=1e-9)
     # steps of first order would be h g t / 2 = 0.02 m too low
     assert end - height == pytest.approx(-0.5 * GRAVITY * time**2, abs=1e-6)
@@ -162,11 +159,12 @@ def test_a_robot_at_its_stops_falls_like_any_other(bench: Bench, engine: Any) ->
 
 def test_a_swinging_joint_stops_at_its_limit(bench: Bench) -> None:
     """The arm passes its stop by no more than the way of one step, and stays inside after it."""
-    world = build_world(arm(bench, BackendMujoco, 0.5, joint_velocity=[3.0]))
-    height, momentum = centre_of(world)
-    joints = np.array([row.joints[0] for row in stepped(world, 0.6)])
-    end, gained = centre_of(world)
-    world.close()
+    with contextlib.closing(
+        build_world(arm(bench, BackendMujoco, 0.5, joint_velocity=[3.0]))
+    ) as world:
+        height, momentum = centre_of(world)
+        joints = np.array([row.joints[0] for row in stepped(world, 0.6)])
+        end, gained = centre_of(world)
     assert 0.5 <= joints.max() < 0.5 + 3.0 * STEP
     assert np.abs(joints[-20:]).max() < 0.51
     assert gained - momentum == pytest.approx(-1.5 * GRAVITY * 0.6, rel=1e-3)
@@ -178,12 +176,11 @@ def test_a_drive_keeps_its_limit(bench: Bench) -> None:
     servo = Servos(kp_each=[50.0], kd_each=[0.0], torque_limit_each=[0.02])
     settings = arm(bench, BackendMujoco, 3.0, {"servos": servo})
     settings.effects.pop("gravity")
-    world = build_world(settings)
-    actor = world.actors["robot"]
-    actor.joint_command = np.array([[2.0]])
-    rows = stepped(world, 0.2)
-    force = actor.body.joint_forces()
-    world.close()
+    with contextlib.closing(build_world(settings)) as world:
+        actor = world.actors["robot"]
+        actor.joint_command = np.array([[2.0]])
+        rows = stepped(world, 0.2)
+        force = actor.body.joint_forces()
     assert force == pytest.approx([0.02], rel=1e-12)
     # about y: base and arm turn against each other, free in space
     lever, across = np.array([0.08, 0.1]), 1.0 * 0.5 / 1.5
@@ -200,21 +197,19 @@ def test_a_drive_keeps_its_limit(bench: Bench) -> None:
 
 def scene(*overrides: str) -> RunSettings:
     """A manipulator under water whose hand closes on a cube on the ground."""
-    return build_run(
-        compose(
-            [
-                "robot=aam",
-                "backend=mujoco",
-                "water=fossen",
-                "robot.fixed_base=true",
-                "initial.position=[-0.07,0,0.452]",
-                "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
-                "environment.ground_level=0",
-                "environment.water_level=1.5",
-                "+objects.cube={robot: cube, position: [0,0,0.0255]}",
-                *overrides,
-            ]
-        )
+    return run_settings(
+        [
+            "robot=aam",
+            "backend=mujoco",
+            "water=fossen",
+            "robot.fixed_base=true",
+            "initial.position=[-0.07,0,0.452]",
+            "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
+            "environment.ground_level=0",
+            "environment.water_level=1.5",
+            "+objects.cube={robot: cube, position: [0,0,0.0255]}",
+            *overrides,
+        ]
     )
 
 
@@ -234,16 +229,15 @@ def test_a_grip_repeats_and_continues_bit_for_bit() -> None:
     """Two runs are equal to the last bit, and so is what follows a snapshot."""
     runs = []
     for _ in range(2):
-        world = build_world(scene())
-        runs.append(gripping(world, 80))
-        kept = world.snapshot()
-        after = gripping(world, 40)
-        touched = world.actors["robot"].body.contact_normals()
-        world.restore(kept)
-        assert np.array_equal(gripping(world, 40), after)
-        assert np.array_equal(world.actors["robot"].body.contact_normals(), touched)
-        runs.append(after)
-        world.close()
+        with contextlib.closing(build_world(scene())) as world:
+            runs.append(gripping(world, 80))
+            kept = world.snapshot()
+            after = gripping(world, 40)
+            touched = world.actors["robot"].body.contact_normals()
+            world.restore(kept)
+            assert np.array_equal(gripping(world, 40), after)
+            assert np.array_equal(world.actors["robot"].body.contact_normals(), touched)
+            runs.append(after)
     assert touched.any()
     assert np.array_equal(runs[0], runs[2])
     assert np.array_equal(runs[1], runs[3])
@@ -263,15 +257,14 @@ def test_the_surface_of_a_link_comes_from_its_urdf_or_from_the_run() -> None:
     """Friction of the URDF, or the run's in its place, times that of the ground."""
     for more, expected in (([], 0.5), (["+objects.top.friction=0.3"], 0.15)):
         run = cube("environment.friction=0.5", "+objects.top={robot: cube}", *more)
-        world = build_world(run)
-        model = run.backend._scene.model
-        pairs = {
-            (model.geom(int(a)).name, model.geom(int(b)).name): friction
-            for a, b, friction in zip(
-                model.pair_geom1, model.pair_geom2, model.pair_friction, strict=True
-            )
-        }
-        world.close()
+        with contextlib.closing(build_world(run)):
+            model = run.backend._scene.model
+            pairs = {
+                (model.geom(int(a)).name, model.geom(int(b)).name): friction
+                for a, b, friction in zip(
+                    model.pair_geom1, model.pair_geom2, model.pair_friction, strict=True
+                )
+            }
         found = next(v for k, v in pairs.items() if k[0].startswith("/") and k[1].startswith("1/"))
         # rolling 0.0005 and spinning 0.002 of the cube by the ground's friction
         np.testing.assert_allclose(found, [expected, expected, 0.001, 0.00025, 0.00025])
@@ -279,7 +272,8 @@ def test_the_surface_of_a_link_comes_from_its_urdf_or_from_the_run() -> None:
 
 def test_a_robot_that_comes_late_is_refused() -> None:
     """A scene that has been used takes no further robot."""
-    world = build_world(cube())
-    with pytest.raises(PhysicsError, match="comes too late"):
+    with (
+        contextlib.closing(build_world(cube())) as world,
+        pytest.raises(PhysicsError, match="comes too late"),
+    ):
         world.backend.add(world.actors["robot"].robot)
-    world.close()

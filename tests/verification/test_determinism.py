@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 OVERRIDES = [
     "experiment=drop_test",
@@ -23,7 +22,7 @@ OVERRIDES = [
 
 def record(seed: int, *, again: bool = False) -> dict[str, Any]:
     """Run a noisy drop through the surface to the bottom; ``again`` keeps the second run."""
-    settings = build_run(compose([*OVERRIDES, f"seed={seed}"]))
+    settings = run_settings([*OVERRIDES, f"seed={seed}"])
     found: dict[str, Any] = {}
     for _ in range(2 if again else 1):
         world = build_world(settings)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.effects.linear_drag import DragLinear
 from seals.plugins.effects.tether import Tether
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import Ending, Record, simulate
 from seals.world import World
 
@@ -24,7 +24,7 @@ HOVER = ("robot=aam", "guide=hover", "initial.position=[0,0,20]", "initial.drive
 
 def flown(*words: str) -> Record:
     """Run to the end, whatever ends it."""
-    return simulate(build_run(compose([*HOVER, *words])))
+    return simulate(run_settings([*HOVER, *words]))
 
 
 def stepped(world: World, steps: int) -> None:
@@ -70,17 +70,14 @@ def test_with_a_dead_sensor_the_pilot_goes_on_blind() -> None:
 def test_without_weight_nothing_falls() -> None:
     """Zero gravity: a body at rest stays, one that moves goes straight at its speed."""
     words = ["robot=ball", "environment.gravity=0", "initial.position=[0,0,5]"]
-    still = simulate(build_run(compose([*words, "time.duration=1"])))
+    still = simulate(run_settings([*words, "time.duration=1"]))
     assert still.log.channel("position")[-1] == pytest.approx([0.0, 0.0, 5.0], abs=1e-12)
-    settings = build_run(
-        compose([*words, "initial.velocity=[1,2,-3]", "~effects.air_drag", "time.duration=1"])
+    settings = run_settings(
+        [*words, "initial.velocity=[1,2,-3]", "~effects.air_drag", "time.duration=1"]
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         stepped(world, 250)
         at = world.actors["robot"].body.read()
-    finally:
-        world.close()
     assert at.position == pytest.approx([1.0, 2.0, 2.0], abs=1e-9)
     assert at.velocity == pytest.approx([1.0, 2.0, -3.0], abs=1e-12)
 
@@ -118,16 +115,13 @@ def test_the_bound_of_a_cable_is_where_the_motion_breaks(bench: Bench) -> None:
         step=0.5 * bound,
         duration=1.0,
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         # the same world, its spring 4.84 times as stiff: the step is 1.1 bounds long
         bound_effect = next(b for b in actor.effects.bound if b.name == "cable")
         bound_effect.params["stiffness"] = bound_effect.params["stiffness"] * 4.84
         with pytest.raises(PhysicsError, match=r"take a smaller time\.step"):
             stepped(world, 400)
-    finally:
-        world.close()
 
 
 def test_a_step_ten_times_too_long_for_the_controller_is_refused() -> None:
@@ -144,12 +138,11 @@ def test_a_step_too_long_for_a_drag_is_refused_while_it_runs(bench: Bench) -> No
     settings = bench.settings(
         robot, {"drag": drag}, weight=False, step=0.004, duration=1.0, velocity=[1.0, 0.0, 0.0]
     )
-    world = build_world(settings)
-    try:
-        with pytest.raises(PhysicsError, match=r"take a smaller time\.step"):
-            stepped(world, 250)
-    finally:
-        world.close()
+    with (
+        contextlib.closing(build_world(settings)) as world,
+        pytest.raises(PhysicsError, match=r"take a smaller time\.step"),
+    ):
+        stepped(world, 250)
 
 
 def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
@@ -164,8 +157,7 @@ def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
         position=[1.1, 0.0, 0.0],
         velocity=[0.0, 2.0, 0.0],
     )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         stepped(world, 300)
         held = actor.body.read()
@@ -176,8 +168,6 @@ def test_after_a_cable_snaps_the_body_goes_straight(bench: Bench) -> None:
         after = actor.body.read()
         stepped(world, 250)
         end = actor.body.read()
-    finally:
-        world.close()
     # the velocity at the snap holds half of the last kick, which the next step takes back: one
     # kick of the cable at most, and nothing from then on
     kick = 0.004 * 200.0 * 0.5 / 2.0

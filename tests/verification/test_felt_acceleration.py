@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.frames import matrix_of
 from seals.plugins.actuators.thrusters import Thrusters
 from seals.plugins.backends.free import BackendFree
@@ -16,7 +17,6 @@ from seals.plugins.backends.mujoco import BackendMujoco
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.sensors.imu import SensorImu
 from seals.run import build_world
-from seals.run.build import build_run
 from seals.world import World
 
 ENGINES = ("pybullet", "mujoco")
@@ -47,8 +47,7 @@ def backends() -> list[Any]:
 def force_of(world: World) -> np.ndarray:
     """Specific force that was read last."""
     reading: Any = world.actors["robot"].readings["imu"]
-    found: np.ndarray = reading["specific_force"]
-    return found
+    return reading["specific_force"]
 
 
 @pytest.mark.parametrize(("kind", "compiled"), backends())
@@ -66,15 +65,12 @@ def test_a_force_of_one_step_is_read_once(bench: Any, kind: Any, compiled: str) 
         position=[0.0, 0.0, 5.0],
         angular_velocity=[3.0, 1.0, 0.0],
     )
-    world = build_world(dataclasses.replace(settings, backend=backend))
-    try:
+    with contextlib.closing(build_world(dataclasses.replace(settings, backend=backend))) as world:
         actor, seen = world.actors["robot"], []
         for k in range(12):
             actor.command = np.array([[6.0 if k in (0, 5) else 0.0]])
             world.step()
             seen.append(force_of(world))
-    finally:
-        world.close()
     expected = np.zeros((12, 3))
     expected[[0, 5], 2] = 3.0
     np.testing.assert_allclose(seen, expected, rtol=0.0, atol=1e-9)
@@ -93,20 +89,19 @@ def test_through_impacts_the_integral_is_the_change_of_velocity(engine: str, com
     words += ["initial.position=[0,0,0.2]", "initial.velocity=[1,0.5,-1]"]
     words += ["initial.angular_velocity=[8,-5,3]", f"backend={engine}"]
     with_imu = ["+sensor@sensors.imu=imu", *WORDS]
-    world = build_world(build_run(compose([*words, *with_imu, f"backend.compiled={compiled}"])))
-    body, step = world.actors["robot"].body, world.step_size
-    before = body.read()
-    total, touched, start = np.zeros(3), 0, before.velocity.copy()
-    for k in range(400):
-        place, turn = before.position.copy(), matrix_of(before.quaternion[None])[0]
-        world.step()
-        change = turn @ force_of(world) - [0.0, 0.0, world.environment.gravity]
-        total += step * change * (0.5 if k == 0 else 1.0)
+    with contextlib.closing(make([*words, *with_imu, f"backend.compiled={compiled}"])) as world:
+        body, step = world.actors["robot"].body, world.step_size
         before = body.read()
-        touched += bool(body.contact_normals().any())
-        moved = (before.position - place) / step - start
-        np.testing.assert_allclose(total, moved, rtol=0.0, atol=1e-12)
-    world.close()
+        total, touched, start = np.zeros(3), 0, before.velocity.copy()
+        for k in range(400):
+            place, turn = before.position.copy(), matrix_of(before.quaternion[None])[0]
+            world.step()
+            change = turn @ force_of(world) - [0.0, 0.0, world.environment.gravity]
+            total += step * change * (0.5 if k == 0 else 1.0)
+            before = body.read()
+            touched += bool(body.contact_normals().any())
+            moved = (before.position - place) / step - start
+            np.testing.assert_allclose(total, moved, rtol=0.0, atol=1e-12)
     assert touched > 50
 
 
@@ -118,15 +113,14 @@ def test_a_moving_link_feels_how_its_own_origin_moves(engine: str, compiled: str
     words = ["robot=free_arm", "sensors.imu.link=fore", "initial.position=[0,0,20]", *WORDS]
     words += ["initial.joint_velocity=[6,-5]", "initial.angular_velocity=[0.3,0.5,0.2]"]
     words += [f"backend={engine}", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
-    actor, step = world.actors["robot"], world.step_size
-    link = actor.robot.links.index("fore")
-    poses, read = [actor.body.poses()], []
-    for _ in range(40):
-        world.step()
-        poses.append(actor.body.poses())
-        read.append(force_of(world))
-    world.close()
+    with contextlib.closing(make(words)) as world:
+        actor, step = world.actors["robot"], world.step_size
+        link = actor.robot.links.index("fore")
+        poses, read = [actor.body.poses()], []
+        for _ in range(40):
+            world.step()
+            poses.append(actor.body.poses())
+            read.append(force_of(world))
     places = np.array([p.origins[0, link] for p in poses])
     turns = np.array([p.rotations[0, link] for p in poses])
     expected = np.diff(places, 2, axis=0) / step**2 + [0.0, 0.0, world.environment.gravity]
@@ -142,18 +136,17 @@ def test_readings_after_a_snapshot_are_the_same_bit_for_bit(engine: str, compile
     needs(engine, compiled)
     words = ["robot=ball", "water=fossen", "initial.position=[0,0,0.08]", *WORDS]
     words += ["initial.velocity=[0.4,0,-4]", f"backend={engine}", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
-    for _ in range(6):
-        world.step()
-    kept, runs = world.snapshot(), []
-    for _ in range(2):
-        world.restore(kept)
-        rows = []
-        for _ in range(10):
+    with contextlib.closing(make(words)) as world:
+        for _ in range(6):
             world.step()
-            rows.append(force_of(world))
-        runs.append(rows)
-    world.close()
+        kept, runs = world.snapshot(), []
+        for _ in range(2):
+            world.restore(kept)
+            rows = []
+            for _ in range(10):
+                world.step()
+                rows.append(force_of(world))
+            runs.append(rows)
     assert np.array_equal(*runs)
 
 
@@ -164,14 +157,13 @@ def test_an_entry_is_felt_as_the_place_tells_it(engine: str) -> None:
         needs(engine)
     words = ["robot=ball", "water=fossen", "effects.slamming.coefficient=5", *WORDS]
     words += ["initial.position=[0,0,0.08]", "initial.velocity=[0,0,-4]", f"backend={engine}"]
-    world = build_world(build_run(compose(words)))
-    body = world.actors["robot"].body
-    heights, read = [body.read().position[2]], []
-    for _ in range(14):
-        world.step()
-        heights.append(body.read().position[2])
-        read.append(force_of(world)[2])
-    world.close()
+    with contextlib.closing(make(words)) as world:
+        body = world.actors["robot"].body
+        heights, read = [body.read().position[2]], []
+        for _ in range(14):
+            world.step()
+            heights.append(body.read().position[2])
+            read.append(force_of(world)[2])
     expected = np.diff(heights, 2) / world.step_size**2 + world.environment.gravity
     assert expected.max() > 200.0
     np.testing.assert_allclose(read[1:], expected, rtol=0.0, atol=1e-8)
@@ -180,21 +172,20 @@ def test_an_entry_is_felt_as_the_place_tells_it(engine: str) -> None:
 def through(words: list[str], steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sum of the specific force, change of the mean velocity of a step, and the readings."""
     with_imu = [] if any("robot=ball" in word for word in words) else ["+sensor@sensors.imu=imu"]
-    world = build_world(build_run(compose([*words, *with_imu, *WORDS])))
-    body, step = world.actors["robot"].body, world.step_size
-    before = body.read()
-    total, start, rows, moved = np.zeros(3), before.velocity.copy(), [], np.zeros(3)
-    worst = np.zeros(3)
-    for k in range(steps):
-        place, turn = before.position.copy(), matrix_of(before.quaternion[None])[0]
-        world.step()
-        rows.append(force_of(world))
-        change = turn @ rows[-1] - [0.0, 0.0, world.environment.gravity]
-        total = total + step * change * (0.5 if k == 0 else 1.0)
+    with contextlib.closing(make([*words, *with_imu, *WORDS])) as world:
+        body, step = world.actors["robot"].body, world.step_size
         before = body.read()
-        moved = (before.position - place) / step - start
-        worst = np.maximum(worst, np.abs(total - moved))
-    world.close()
+        total, start, rows, moved = np.zeros(3), before.velocity.copy(), [], np.zeros(3)
+        worst = np.zeros(3)
+        for k in range(steps):
+            place, turn = before.position.copy(), matrix_of(before.quaternion[None])[0]
+            world.step()
+            rows.append(force_of(world))
+            change = turn @ rows[-1] - [0.0, 0.0, world.environment.gravity]
+            total = total + step * change * (0.5 if k == 0 else 1.0)
+            before = body.read()
+            moved = (before.position - place) / step - start
+            worst = np.maximum(worst, np.abs(total - moved))
     return worst, moved, np.array(rows)
 
 

@@ -10,7 +10,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from seals.config.compose import compose
 from seals.effects import MediumKind
 from seals.experiments.flight_energy import OVERRIDES, draw
 from seals.experiments.flight_energy import fly as fly_manipulator
@@ -18,7 +17,7 @@ from seals.plugins.actuators.rotors import Rotors
 from seals.plugins.effects.battery import Battery, cell_voltage
 from seals.plugins.effects.quadratic_drag import DragQuadratic
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 if TYPE_CHECKING:
     from tests.verification.conftest import Bench
@@ -149,7 +148,7 @@ def test_a_tired_battery_limits_the_climb(bench: Bench) -> None:
 def test_the_manipulator_balances_its_energy_in_a_controlled_flight(tmp_path: Path) -> None:
     """The experiment's table, on a climb of 3 s: all three balances within 2 %."""
     words = [*OVERRIDES, "time.duration=5.0"]
-    balance = fly_manipulator(build_run(compose(words)))
+    balance = fly_manipulator(run_settings(words))
     found = balance.figures()
     off = {name: value for name, value in found.items() if name.endswith("[%]")}
     print(off)

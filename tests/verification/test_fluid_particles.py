@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.tank.fluid import FluidParticles
 from seals.plugins.fluids.tank.settings import Maker, MakerSettings
-from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings_remarks import find_unused
 from seals.run.simulation import simulate
 from seals.world import World
@@ -51,7 +51,7 @@ def ball(folder: Path, mass: float, radius: float = 0.1) -> str:
 
 def world_of(*words: str) -> World:
     """Build a world in a small tank."""
-    return build_world(build_run(compose([*TANK, *words])))
+    return make([*TANK, *words])
 
 
 def heights(world: World, steps: int) -> Floats:
@@ -75,13 +75,14 @@ def test_a_ball_floats_and_no_momentum_is_lost(tmp_path: Path) -> None:
     """
     radius = 0.1
     mass = 0.5 * 1000.0 * 4.0 / 3.0 * math.pi * radius**3
-    world = world_of(f"robot={ball(tmp_path, mass)}", "initial.position=[0,0,0.01]")
-    found = heights(world, 200)
-    assert found[:, 1].max() < 1e-4
-    figures = world.fluid.diagnostics()  # type: ignore[union-attr]
-    level = (figures["particles"] * 0.04**3 + mass / 1000.0) / 0.56**2 - 0.4
-    assert found[-100:, 0].mean() - level == pytest.approx(0.0, abs=0.1 * 2.0 * radius)
-    world.close()
+    with contextlib.closing(
+        world_of(f"robot={ball(tmp_path, mass)}", "initial.position=[0,0,0.01]")
+    ) as world:
+        found = heights(world, 200)
+        assert found[:, 1].max() < 1e-4
+        figures = world.fluid.diagnostics()  # type: ignore[union-attr]
+        level = (figures["particles"] * 0.04**3 + mass / 1000.0) / 0.56**2 - 0.4
+        assert found[-100:, 0].mean() - level == pytest.approx(0.0, abs=0.1 * 2.0 * radius)
 
 
 @pytest.mark.slow
@@ -89,16 +90,17 @@ def test_a_ball_floats_and_no_momentum_is_lost(tmp_path: Path) -> None:
 def test_light_bodies_are_stable_and_heavy_ones_sink(tmp_path: Path, ratio: float) -> None:
     """A tenth of the water's density pops up and stays; one and a half sinks to the floor."""
     mass = ratio * 1000.0 * 4.0 / 3.0 * math.pi * 0.1**3
-    world = world_of(f"robot={ball(tmp_path, mass)}", "initial.position=[0,0,-0.2]")
-    found = heights(world, 250)
-    end = found[-50:, 0]
-    if ratio < 1.0:
-        # by Archimedes 0.061 above the level; it still bobs a little
-        assert end.min() > 0.0
-        assert end.max() < 0.1
-    else:
-        assert end == pytest.approx(np.full(50, -0.3), abs=0.01)
-    world.close()
+    with contextlib.closing(
+        world_of(f"robot={ball(tmp_path, mass)}", "initial.position=[0,0,-0.2]")
+    ) as world:
+        found = heights(world, 250)
+        end = found[-50:, 0]
+        if ratio < 1.0:
+            # by Archimedes 0.061 above the level; it still bobs a little
+            assert end.min() > 0.0
+            assert end.max() < 0.1
+        else:
+            assert end == pytest.approx(np.full(50, -0.3), abs=0.01)
 
 
 @pytest.mark.thorough
@@ -107,11 +109,10 @@ def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
     energies = []
     for settle in (0.0, 0.3):
         words = ("initial.position=[0,0,-0.2]", f"fluid.settle={settle}")
-        world = world_of(f"robot={ball(tmp_path, 4.2)}", *words)
-        assert world.actors["robot"].body.read().position[2] == -0.2
-        heights(world, 5)
-        energies.append(world.fluid.simulation.water.kinetic_energy())  # type: ignore[union-attr]
-        world.close()
+        with contextlib.closing(world_of(f"robot={ball(tmp_path, 4.2)}", *words)) as world:
+            assert world.actors["robot"].body.read().position[2] == -0.2
+            heights(world, 5)
+            energies.append(world.fluid.simulation.water.kinetic_energy())  # type: ignore[union-attr]
     assert energies[1] < 0.3 * energies[0]
 
 
@@ -128,13 +129,12 @@ def test_an_early_maker_sends_its_crest_behind_a_held_body(tmp_path: Path) -> No
             "initial.position=[0,0,9]",
             "fluid.beach.length=0.3",
         )
-        world = world_of(f"robot={ball(tmp_path, 4.2)}", *words)
-        assert world.actors["robot"].body.read().position[2] == 9.0
-        surface, level = world.fluid.simulation.heights, []  # type: ignore[union-attr]
-        for _ in range(round((1.2 + start) / 0.005)):
-            world.step()
-            level.append(float(surface.at(np.array([[0.2, 0.0]]))[0]))
-        world.close()
+        with contextlib.closing(world_of(f"robot={ball(tmp_path, 4.2)}", *words)) as world:
+            assert world.actors["robot"].body.read().position[2] == 9.0
+            surface, level = world.fluid.simulation.heights, []  # type: ignore[union-attr]
+            for _ in range(round((1.2 + start) / 0.005)):
+                world.step()
+                level.append(float(surface.at(np.array([[0.2, 0.0]]))[0]))
         arrivals.append(0.005 * (1 + int(np.argmax(level))))
     assert arrivals[0] - arrivals[1] == pytest.approx(0.4, abs=0.08)
 
@@ -150,7 +150,7 @@ def test_a_maker_that_begins_before_the_water_settles_is_refused(start: float) -
 def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     """Coefficients of the robot's folder rest, the user is told, figures of the fluid are kept."""
     words = [*TANK, "robot=ball", "time.duration=0.02", "+fluid.gauges.side=[0.2,0.2]"]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     (remark,) = find_unused(settings, words)
     assert "water_drag, spin_drag, added_mass, slamming of ball rest" in remark
     record = simulate(settings)
@@ -187,36 +187,32 @@ def test_rough_edges_are_refused_in_words(words: list[str], error: Any, match: s
 def test_a_world_of_particles_goes_on_from_a_snapshot() -> None:
     """A snapshot holds the particles: one thread and kept order repeat to the last bit."""
     more = ("fluid.physics.deterministic=true", "initial.position=[0,0,0.06]")
-    world = world_of("robot=ball", "initial.velocity=[0,0,-1]", *more)
-    heights(world, 20)
-    kept = world.snapshot()
-    first = heights(world, 10)
-    world.restore(kept)
-    assert heights(world, 10)[:, 0].tolist() == first[:, 0].tolist()
-    world.close()
+    with contextlib.closing(world_of("robot=ball", "initial.velocity=[0,0,-1]", *more)) as world:
+        heights(world, 20)
+        kept = world.snapshot()
+        first = heights(world, 10)
+        world.restore(kept)
+        assert heights(world, 10)[:, 0].tolist() == first[:, 0].tolist()
 
 
 @pytest.mark.slow
 def test_the_manipulator_falls_into_the_water() -> None:
     """Seven bodies on a limp chain enter the water, slow down and stay whole."""
-    world = build_world(
-        build_run(
-            compose(
-                [
-                    "robot=aam",
-                    "water=particles",
-                    "time.step=0.004",
-                    "fluid.spacing=0.04",
-                    "fluid.size=[0.9,0.9,0.7]",
-                    "fluid.freeboard=1.0",
-                    "initial.position=[0,0,0.45]",
-                    "initial.velocity=[0,0,-2]",
-                    "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
-                ]
-            )
+    with contextlib.closing(
+        make(
+            [
+                "robot=aam",
+                "water=particles",
+                "time.step=0.004",
+                "fluid.spacing=0.04",
+                "fluid.size=[0.9,0.9,0.7]",
+                "fluid.freeboard=1.0",
+                "initial.position=[0,0,0.45]",
+                "initial.velocity=[0,0,-2]",
+                "initial.joint_position=[0,0,0,-0.6,-0.6,-0.6]",
+            ]
         )
-    )
-    found = heights(world, 200)
-    assert np.abs(np.diff(found[-50:, 0])).max() < 0.001
-    assert np.abs(world.actors["robot"].body.read().joint_velocity).max() < 20.0
-    world.close()
+    ) as world:
+        found = heights(world, 200)
+        assert np.abs(np.diff(found[-50:, 0])).max() < 0.001
+        assert np.abs(world.actors["robot"].body.read().joint_velocity).max() < 20.0

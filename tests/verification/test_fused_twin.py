@@ -10,7 +10,7 @@ import pytest
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.run import build_twin
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 torch = pytest.importorskip("torch", reason="fusing needs torch: pip install 'aam-seals[learn]'")
 
@@ -19,7 +19,7 @@ BATCH = 16
 
 def _flown(words: list[str], like: Any, *, fused: bool) -> dict[str, Any]:
     """Return states after half a second from starts around the surface, memories of effects too."""
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     twin, start = build_twin(settings, batch=BATCH, like=like, fused=fused)
     rng = np.random.default_rng(4)
     spread = {
@@ -52,7 +52,7 @@ def test_a_compiled_twin_moves_as_the_twin_does(water: str) -> None:
 
 def test_a_twin_of_numpy_cannot_be_compiled() -> None:
     """What was given is told, and what to give."""
-    settings = build_run(compose(["robot=crazyflie"]))
+    settings = run_settings(["robot=crazyflie"])
     with pytest.raises(ConfigError, match=r"numpy arrays cannot be fused\.\n.*torch\.zeros"):
         build_twin(settings, batch=2, fused=True)
 

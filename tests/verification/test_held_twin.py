@@ -12,14 +12,13 @@ from seals.batch import BatchDynamics
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.batch.response import Response
-from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.hydrostatics import HullTable
 from seals.motion import Inputs
 from seals.multibody.tree import forward
 from seals.robot.fusing import fused
 from seals.run.assembly import build_model
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 POSTURE = [0.3, -0.5, 0.4, -0.6, 0.1, -0.2]
 
@@ -27,7 +26,7 @@ POSTURE = [0.3, -0.5, 0.4, -0.6, 0.1, -0.2]
 @pytest.fixture(scope="module")
 def model() -> Any:
     """The manipulator in water, with its effects."""
-    settings = build_run(compose(["robot=aam", "water=fossen"]))
+    settings = run_settings(["robot=aam", "water=fossen"])
     return settings, *build_model(settings)
 
 

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
@@ -32,7 +31,7 @@ ASKEW = "guide.places=[[0.6,0.4,-0.8],[0,0,0.8]]"
 
 def dived(*words: str, lowest: tuple[float, float, float]) -> None:
     """Assert that a dive reaches its place, stays upright and ends in the air."""
-    record = simulate(build_run(compose([*WORDS, *words])))
+    record = simulate(run_settings([*WORDS, *words]))
     assert record.error is None
     log = record.log
     _, x, y, _ = log.channel("orientation").T

@@ -42,8 +42,7 @@ def allan(rows: Floats, span: float) -> Floats:
     sums = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows - rows[0], axis=0)])
     mean = (sums[count:] - sums[:-count]) / count
     jumps = mean[count:] - mean[:-count]
-    found: Floats = np.sqrt(0.5 * np.mean(jumps * jumps, axis=0))
-    return found
+    return np.sqrt(0.5 * np.mean(jumps * jumps, axis=0))
 
 
 def coefficients(records: list[Floats], *, short: float, long: float) -> dict[str, float]:

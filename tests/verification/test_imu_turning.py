@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.backend import Backend
-from seals.config.compose import compose
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.actuators.thrusters import Thrusters
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.backends.pybullet import BackendPybullet
 from seals.plugins.sensors.imu import SensorImu
 from seals.run import build_world
-from seals.run.build import build_run
 
 SPIN = 5.0
 PUSH = 9.81
@@ -35,16 +35,12 @@ def read(bench: Any, backend: Backend, step: float) -> np.ndarray:
         position=[0.0, 0.0, 100.0],
         angular_velocity=[SPIN, 0.0, 0.0],
     )
-    world = build_world(dataclasses.replace(settings, backend=backend))
-    try:
+    with contextlib.closing(build_world(dataclasses.replace(settings, backend=backend))) as world:
         actor = world.actors["robot"]
         for _ in range(round(0.04 / step)):
             actor.command = np.array([[PUSH]])
             world.step()
-        force: np.ndarray = actor.readings["imu"]["specific_force"]
-        return force
-    finally:
-        world.close()
+        return actor.readings["imu"]["specific_force"]
 
 
 @pytest.mark.parametrize("backend", [BackendPybullet(), BackendFree(passable=True)])
@@ -79,18 +75,17 @@ def off_the_arm(engine: str, compiled: str, step: float) -> tuple[float, float]:
     sides = ("accelerometer", "gyroscope")
     words += [f"sensors.imu.{s}_{k}=0" for s in sides for k in ("noise", "walk", "step")]
     words += [f"backend.compiled={compiled}"] if engine != "free" else []
-    world = build_world(build_run(compose(words)))
-    actor, places, turns, read = world.actors["robot"], [], [], []
-    for k in range(round(0.4 / step) + 1):
-        now = actor.body.read()
-        turns.append(matrix_of(now.quaternion[None])[0])
-        places.append(now.position + turns[-1] @ ARM)
-        if k:
-            reading: Any = actor.readings["imu"]
-            read.append(reading["specific_force"])
-        world.step()
-    gravity = [0.0, 0.0, world.environment.gravity]
-    world.close()
+    with contextlib.closing(make(words)) as world:
+        actor, places, turns, read = world.actors["robot"], [], [], []
+        for k in range(round(0.4 / step) + 1):
+            now = actor.body.read()
+            turns.append(matrix_of(now.quaternion[None])[0])
+            places.append(now.position + turns[-1] @ ARM)
+            if k:
+                reading: Any = actor.readings["imu"]
+                read.append(reading["specific_force"])
+            world.step()
+        gravity = [0.0, 0.0, world.environment.gravity]
     expected = np.diff(places, 2, axis=0) / step**2 + gravity
     expected = np.einsum("kij,ki->kj", np.array(turns[1:-1]) @ axes, expected)
     return float(np.abs(np.array(read)[1:] - expected).max()), float(np.abs(expected).max())

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from seals.api import make
 from seals.arrays import Floats
 from seals.cli.main import main
-from seals.config.compose import compose
 from seals.multibody.kinematics import Kinematics
-from seals.run import build_world
-from seals.run.build import build_run
 from seals.world.actor import Actor
 
 ENGINES = ("pybullet", "mujoco")
@@ -80,21 +79,20 @@ def test_a_stop_leaves_the_momentum_as_it_is(tmp_path: Path, engine: str, compil
     words = [f"robot={place}", "water=none", "environment.gravity=0", f"backend={engine}"]
     words += ["initial.velocity=[0.3,-0.2,0.1]", "initial.angular_velocity=[1.5,2.0,-1.0]"]
     words += ["initial.joint_velocity=[4,-3]", f"backend.compiled={compiled}"]
-    world = build_world(build_run(compose(words)))
-    actor = world.actors["robot"]
-    lower, upper = actor.robot.lower + 1e-6, actor.robot.upper - 1e-6
-    before, stood, hits = momentum(actor), False, 0
-    for _ in range(1000):
-        world.step()
-        now, joints = momentum(actor), actor.body.read().joints
-        stands = bool(((joints <= lower) | (joints >= upper)).any())
-        if stands or stood:
-            hits += stands and not stood
-            change = now - before
-            assert np.linalg.norm(change[:3]) < 1e-9 * np.linalg.norm(before[:3])
-            assert np.linalg.norm(change[3:]) < 1e-9 * np.linalg.norm(before[3:])
-        before, stood = now, stands
-    world.close()
+    with contextlib.closing(make(words)) as world:
+        actor = world.actors["robot"]
+        lower, upper = actor.robot.lower + 1e-6, actor.robot.upper - 1e-6
+        before, stood, hits = momentum(actor), False, 0
+        for _ in range(1000):
+            world.step()
+            now, joints = momentum(actor), actor.body.read().joints
+            stands = bool(((joints <= lower) | (joints >= upper)).any())
+            if stands or stood:
+                hits += stands and not stood
+                change = now - before
+                assert np.linalg.norm(change[:3]) < 1e-9 * np.linalg.norm(before[:3])
+                assert np.linalg.norm(change[3:]) < 1e-9 * np.linalg.norm(before[3:])
+            before, stood = now, stands
     assert hits >= 3
 
 
@@ -121,13 +119,12 @@ def test_limbs_at_their_stops_propel_nothing(
     assert main(words) == 0
     start = [f"robot={tmp_path / 'limbs'}", "water=fossen", "initial.position=[0,0,-0.05]"]
     start += ["initial.joint_position=[-0.7,-0.7]", f"backend={engine}"]
-    world = build_world(build_run(compose(start)))
-    body, places = world.actors["robot"].body, []
-    for k in range(6000):
-        world.step()
-        if k % 1000 == 999:
-            places.append(body.read().position[:2].copy())
-    world.close()
+    with contextlib.closing(make(start)) as world:
+        body, places = world.actors["robot"].body, []
+        for k in range(6000):
+            world.step()
+            if k % 1000 == 999:
+                places.append(body.read().position[:2].copy())
     ways = np.linalg.norm(np.diff(places, axis=0), axis=1) / 4.0
     assert ways[-1] < 0.02
     assert ways[-1] < 0.7 * ways[0]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from seals.config.compose import compose
-from seals.run import build_world
-from seals.run.build import build_run
+from seals.api import make
 
 
 def test_the_manipulator_coasts_under_linear_drag() -> None:
     """At level attitude and 4, 3 m/s the force is -0.5 x 4 and -0.3 x 3 N; no other drag acts."""
-    world = build_world(build_run(compose(["experiment=linear_air_drag"])))
+    world = make(["experiment=linear_air_drag"])
     world.step()
     ledger = world.actors["robot"].ledger
     force = ledger.of("linear_air_drag")[0].sum(axis=0)[:3]

@@ -30,8 +30,7 @@ def look(
     shape = line.shape[:3]
     full = np.broadcast_to(colour, (*shape, 3)).astype(float)
     view = Sight(full, np.broadcast_to(ranges, shape) * 1.0, np.array([[0.0, 0.0, height]]), line)
-    seen: Floats = optics.look(view, SurfaceStill(level=level), 0.0, None)[0, 0]
-    return seen
+    return optics.look(view, SurfaceStill(level=level), 0.0, None)[0, 0]
 
 
 @pytest.mark.parametrize("ratio", [N, 1.0 / N])

@@ -37,8 +37,7 @@ def chart(optics: Optics, distance: float, depth: float) -> NDArray[np.float32]:
     ranges = np.full(line.shape[:3], distance, np.float32)
     place = np.array([[0.0, 0.0, -depth]] * len(CHART), np.float32)
     seen = optics.look(Sight(colour, ranges, place, line), SurfaceStill(), 0.0, None)
-    middle: NDArray[np.float32] = seen[:, 4, 4]
-    return middle
+    return seen[:, 4, 4]
 
 
 def slope(x: Floats, y: Floats) -> float:

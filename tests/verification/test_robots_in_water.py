@@ -7,9 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.run import build_world, initial_configuration
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.world import World
 
 GRAVITY, WATER = 9.81, 998.2
@@ -19,7 +18,7 @@ def submerged(name: str, joints: list[float], *more: str) -> World:
     """Return a world with a robot at rest, five metres deep, its servos holding."""
     values = f"initial.joint_position={joints}".replace(" ", "")
     words = [f"robot={name}", "water=fossen", "initial.position=[0.0,0.0,-5.0]", values, *more]
-    settings = build_run(compose(words))
+    settings = run_settings(words)
     world = build_world(settings)
     actor = world.actors["robot"]
     world.reset({"robot": initial_configuration(settings, actor.robot)})

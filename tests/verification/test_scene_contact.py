@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.plugins.sensors.contact import SensorContact
 from seals.plugins.sensors.locator import SensorLocator
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.run.simulation import simulate
 from seals.sensors.protocol import SensorInput
@@ -22,7 +23,7 @@ def settings(*overrides: str) -> RunSettings:
     """A cube as pad on the ground, with a contact sensor without noise."""
     base = ["robot=cube", "environment.ground_level=0", "initial.position=[0,0,0.0255]"]
     sensor = ["+sensor@sensors.pad=contact", "sensors.pad.noise=0"]
-    return build_run(compose([*base, *sensor, *overrides]))
+    return run_settings([*base, *sensor, *overrides])
 
 
 def felt(pressing: float, step: float = 0.004) -> SensorInput:
@@ -51,21 +52,20 @@ def test_contact_is_reported_only_when_the_engine_has_a_contact() -> None:
         "environment.restitution=0.8",
         "sensors.pad.threshold=1e-6",
     )
-    world = build_world(run)
-    actor = world.actors["robot"]
-    seen = []
-    for _ in range(250):
-        world.step()
-        reading = actor.readings["pad"]
-        assert reading is not None
-        points = run.backend._engine.getContactPoints(
-            bodyA=actor.body.engine.body, physicsClientId=run.backend._client
-        )
-        force = sum(point[9] for point in points)
-        assert reading["contact"][0] == float(force >= 1e-6)
-        assert reading["pressing"][0] == pytest.approx(min(force, 50.0), abs=1e-9)
-        seen.append(reading["contact"][0])
-    world.close()
+    with contextlib.closing(build_world(run)) as world:
+        actor = world.actors["robot"]
+        seen = []
+        for _ in range(250):
+            world.step()
+            reading = actor.readings["pad"]
+            assert reading is not None
+            points = run.backend._engine.getContactPoints(
+                bodyA=actor.body.engine.body, physicsClientId=run.backend._client
+            )
+            force = sum(point[9] for point in points)
+            assert reading["contact"][0] == float(force >= 1e-6)
+            assert reading["pressing"][0] == pytest.approx(min(force, 50.0), abs=1e-9)
+            seen.append(reading["contact"][0])
     # it falls for 0.17 s before it can touch
     assert not any(seen[:30])
     assert 0.2 < np.mean(seen) < 0.95
@@ -98,18 +98,16 @@ def test_a_slow_sensor_reads_the_mean_since_its_last_reading() -> None:
 def test_a_locator_sees_the_offset_in_its_own_axes() -> None:
     """An object to the north is on the left of a robot that heads east, and ahead after a turn."""
     for yaw, expected in ((0.0, [0, 2, 0]), (np.pi / 2, [2, 0, 0])):
-        run = build_run(
-            compose(
-                [
-                    "robot=cube",
-                    "environment.gravity=0",
-                    "+sensor@sensors.eye=locator",
-                    "sensors.eye={target: thing, noise: 0, floor: 0, rate: 250}",
-                    "+objects.thing={robot: ball, position: [0, 2, 0]}",
-                    f"initial.rpy=[0,0,{yaw}]",
-                    "time.duration=0.01",
-                ]
-            )
+        run = run_settings(
+            [
+                "robot=cube",
+                "environment.gravity=0",
+                "+sensor@sensors.eye=locator",
+                "sensors.eye={target: thing, noise: 0, floor: 0, rate: 250}",
+                "+objects.thing={robot: ball, position: [0, 2, 0]}",
+                f"initial.rpy=[0,0,{yaw}]",
+                "time.duration=0.01",
+            ]
         )
         log = simulate(run).log
         found = [log.columns[f"offset_{axis}"][-1] for axis in "xyz"]
@@ -127,11 +125,12 @@ def test_a_locator_refuses_a_body_that_is_not_there() -> None:
 def test_the_surface_of_a_link_comes_from_its_urdf_or_from_the_run() -> None:
     """Friction stated in the URDF reaches the engine, and the run's value rules over it."""
     for more, expected in (([], 1.0), (["+objects.top.friction=0.3"], 0.3)):
-        world = build_world(settings("+objects.top={robot: cube, position: [0, 0, 1]}", *more))
-        body = world.actors["top"].body
-        engine = body.engine
-        info = engine._p.getDynamicsInfo(engine.body, -1, physicsClientId=engine._client)
-        world.close()
+        with contextlib.closing(
+            build_world(settings("+objects.top={robot: cube, position: [0, 0, 1]}", *more))
+        ) as world:
+            body = world.actors["top"].body
+            engine = body.engine
+            info = engine._p.getDynamicsInfo(engine.body, -1, physicsClientId=engine._client)
         assert info[1] == pytest.approx(expected)
         assert info[6] == pytest.approx(0.0005)
         assert info[7] == pytest.approx(0.002)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 from seals.world import World
 
@@ -21,19 +21,17 @@ HAND = np.array([0.07, 0.0, -0.427])
 def settings(*overrides: str, wet: bool = False) -> RunSettings:
     """The manipulator bolted above a cube that lies on the ground."""
     height = -HAND[2] + 0.025
-    return build_run(
-        compose(
-            [
-                "robot=aam",
-                "robot.fixed_base=true",
-                f"initial.position=[{-HAND[0]},0,{height}]",
-                "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
-                "environment.ground_level=0",
-                "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
-                *(["water=fossen", "environment.water_level=1.5"] if wet else []),
-                *overrides,
-            ]
-        )
+    return run_settings(
+        [
+            "robot=aam",
+            "robot.fixed_base=true",
+            f"initial.position=[{-HAND[0]},0,{height}]",
+            "initial.joint_position=[0,0,0,-0.5,-0.5,-0.5]",
+            "environment.ground_level=0",
+            "+objects.cube={robot: cube, position: [0,0,0.0255], rpy: [0,0,0]}",
+            *(["water=fossen", "environment.water_level=1.5"] if wet else []),
+            *overrides,
+        ]
     )
 
 
@@ -55,9 +53,10 @@ def lifted(world: World) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(("yaw", "wet"), [(0.35, False), (0.0, True), (0.8, True)])
 def test_a_cube_is_lifted_whichever_way_it_lies(yaw: float, wet: bool) -> None:
     """Friction alone carries the cube through a swing of 1.2 rad, in air and under water."""
-    world = build_world(settings(f"objects.cube.rpy=[0,0,{yaw}]", wet=wet))
-    place, forces = lifted(world)
-    world.close()
+    with contextlib.closing(
+        build_world(settings(f"objects.cube.rpy=[0,0,{yaw}]", wet=wet))
+    ) as world:
+        place, forces = lifted(world)
     # the shoulder is 0.08 m below the body's origin and 0.07 m ahead of it
     reach = -HAND[2] - 0.08
     expected = [-reach * math.sin(1.2), 0.0, -HAND[2] + 0.025 - 0.08 - reach * math.cos(1.2)]
@@ -67,9 +66,8 @@ def test_a_cube_is_lifted_whichever_way_it_lies(yaw: float, wet: bool) -> None:
 
 def test_a_cube_without_friction_stays_on_the_ground() -> None:
     """Nothing but friction holds: a slippery cube is not lifted."""
-    world = build_world(settings("+objects.cube.friction=0"))
-    place, _ = lifted(world)
-    world.close()
+    with contextlib.closing(build_world(settings("+objects.cube.friction=0"))) as world:
+        place, _ = lifted(world)
     assert place[2] < 0.05
 
 
@@ -80,26 +78,23 @@ def test_a_grip_does_not_depend_on_the_speed_of_hand_and_cube() -> None:
     found = []
     for speed in (0.0, 1.0):
         place = f"position: [{HAND[0]},0,{HAND[2]}], velocity: [0,0,{speed}]"
-        run = build_run(
-            compose(
-                [
-                    "robot=aam",
-                    "environment.gravity=0",
-                    f"initial.velocity=[0,0,{speed}]",
-                    "initial.joint_position=[0,0,0,-0.3,-0.3,-0.3]",
-                    f"+objects.cube={{robot: cube, {place}, effects: {{{free}}}}}",
-                    *still,
-                ]
-            )
+        run = run_settings(
+            [
+                "robot=aam",
+                "environment.gravity=0",
+                f"initial.velocity=[0,0,{speed}]",
+                "initial.joint_position=[0,0,0,-0.3,-0.3,-0.3]",
+                f"+objects.cube={{robot: cube, {place}, effects: {{{free}}}}}",
+                *still,
+            ]
         )
-        world = build_world(run)
-        actor = world.actors["robot"]
-        for k in range(300):
-            finger = -0.3 + min(k * STEP / 0.5, 1.0) * 0.56
-            actor.joint_command = np.array([[0.0, 0.0, 0.0, finger, finger, finger]])
-            world.step()
-        tips = [actor.robot.links.index(f"tip_{n}") for n in (1, 2, 3)]
-        found.append(actor.body.contact_normals()[tips])
-        world.close()
+        with contextlib.closing(build_world(run)) as world:
+            actor = world.actors["robot"]
+            for k in range(300):
+                finger = -0.3 + min(k * STEP / 0.5, 1.0) * 0.56
+                actor.joint_command = np.array([[0.0, 0.0, 0.0, finger, finger, finger]])
+                world.step()
+            tips = [actor.robot.links.index(f"tip_{n}") for n in (1, 2, 3)]
+            found.append(actor.body.contact_normals()[tips])
     assert found[0].min() > 1.0
     np.testing.assert_allclose(found[1], found[0], rtol=0.02)

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.environment.ground import ground_height, solids_of
 from seals.errors import ConfigError
 from seals.run.assembly import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.settings import RunSettings
 
 SLOPE = 0.3
@@ -21,7 +20,7 @@ SHORE = [*TANK, f"environment.shore.slope={SLOPE}", "environment.shore.waterline
 
 def settings(*overrides: str) -> RunSettings:
     """A cube as robot, without water effects."""
-    return build_run(compose(["robot=cube", *overrides]))
+    return run_settings(["robot=cube", *overrides])
 
 
 def rest(run: RunSettings, seconds: float) -> tuple[np.ndarray, np.ndarray]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,8 +71,7 @@ def follow(
         return np.array([s.joints[0] for s in states]), np.array(
             [s.joint_velocity[0] for s in states]
         )
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         if not implicit:
             actor.servos.implicit = actor.evaluator.implicit = False
@@ -81,8 +81,6 @@ def follow(
             world.step()
             rows.append(actor.body.read())
         return np.array([r.joints for r in rows]), np.array([r.joint_velocity for r in rows])
-    finally:
-        world.close()
 
 
 def error(bench: Bench, engine: str, servo: Servos, step: float, pole: float) -> float:
@@ -205,15 +203,12 @@ def test_a_gripped_object_feels_the_force_of_the_servo(bench: Bench) -> None:
     servo = Servos(kp=2.0, kd=0.02, torque_limit=1.0)
     place: dict[str, Any] = {"environment": {"ground_level": 0.0, "friction": 0.0}}
     settings = bench.settings(robot, {"servos": servo}, weight=False, duration=1.5, **place)
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         actor = world.actors["robot"]
         actor.joint_command = np.array([[0.2]])
         for _ in range(round(settings.time.duration / settings.time.step)):
             world.step()
         wrench, q = actor.body.contact_wrenches()[1], float(actor.body.joint_positions()[0])
-    finally:
-        world.close()
     lifted = wrench[0] * -np.sin(q) + wrench[2] * np.cos(q)
     assert lifted * 0.1 * np.cos(q) == pytest.approx(2.0 * (0.2 - q), rel=0.02)
 
@@ -234,8 +229,9 @@ def test_gains_beyond_the_step_are_refused_with_their_bound(bench: Bench) -> Non
 def test_a_snapshot_holds_what_the_servos_know(bench: Bench) -> None:
     """Restored in mid-motion, a stiff hand takes the same way again, bit for bit."""
     servo = Servos(kp_each=[20.0, 2.0], kd_each=[1.0, 0.02], speed_limit=[3.0], armature=1e-6)
-    world = build_world(bench.settings(hand(bench), {"servos": servo}, weight=False))
-    try:
+    with contextlib.closing(
+        build_world(bench.settings(hand(bench), {"servos": servo}, weight=False))
+    ) as world:
         actor = world.actors["robot"]
         actor.joint_command = np.array([[0.4, -0.6]])
         for _ in range(20):
@@ -246,8 +242,6 @@ def test_a_snapshot_holds_what_the_servos_know(bench: Bench) -> None:
                 world.step()
             ways.append(np.concatenate(actor.body.read()))
             world.restore(kept)
-    finally:
-        world.close()
     assert np.array_equal(*ways)
     assert abs(ways[0][13]) > 0.05
 
@@ -277,14 +271,11 @@ def test_a_stop_takes_back_what_a_joint_passed_it_by(
     )
     settings = bench.settings(robot, None, joint_velocity=[speed], step=step, duration=1.0)
     settings.backend = engine()
-    world = build_world(settings)
-    try:
+    with contextlib.closing(build_world(settings)) as world:
         rows = []
         for _ in range(round(1.0 / step)):
             world.step()
             rows.append(float(world.actors["robot"].body.read().joints[0]))
-    finally:
-        world.close()
     top = np.sqrt(speed**2 + 2 * mass * 9.81 * lever_arm * np.sin(stop) / 0.009)
     assert 0.0 < max(rows) - stop < top * step
     late = np.array(rows[round(0.6 / step) :])

@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from seals.config.compose import compose
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene, Shape
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 Floats = NDArray[np.float64]
 RENDERERS = {"tiny": RendererTiny, "raycast": RendererRaycast}
@@ -303,7 +302,7 @@ def test_the_cameras_of_the_manipulator_are_those_of_its_urdf(name: str) -> None
     place = np.array([1.0, 2.0, 3.0]) + body @ (at + 0.5 * ahead + 0.1 * above)
     ball_at = f"+objects.mark.position=[{place[0]},{place[1]},{place[2]}]"
     marks = ["+objects.mark.robot=ball", ball_at]
-    settings = build_run(compose([*words, *camera, *marks, "time.step=1e-5"]))
+    settings = run_settings([*words, *camera, *marks, "time.step=1e-5"])
     world = build_world(settings)
     try:
         eye = world.actors["robot"].sensor_suite.cameras["eye"]

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.viewers.bullet import RendererTiny
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Detail, Lens, Light, Picture, Poses, Scene, Shape
 from seals.rendering.optics import to_bytes
 from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 
 pytest.importorskip("torch")
 
@@ -106,7 +105,7 @@ def manipulator(detail: Detail, arm: str, height: float) -> tuple[Scene, Poses, 
         "+objects.cube.robot=cube",
     ]
     words += ["+objects.cube.position=[0.3,0.05,-0.975]", f"initial.position=[0,0,{height}]"]
-    settings = build_run(compose([*words, f"initial.joint_position={arm}"]))
+    settings = run_settings([*words, f"initial.joint_position={arm}"])
     world = build_world(settings)
     robots = {name: actor.robot for name, actor in world.actors.items()}
     scene = build_scene(robots, solids_of(settings.environment), detail=detail)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.errors import ConfigError
-from seals.run import build_world
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "unit"))
-from rov_layouts import LAYOUTS, PASSIVE, rov_folder
+from tests.unit.rov_layouts import LAYOUTS, PASSIVE, rov_folder
 
 GOAL, YAW = (1.2, 0.8, -2.4), 1.0
 COMMON = (
@@ -53,7 +49,7 @@ def test_a_vehicle_reaches_its_waypoint_and_holds_it_in_a_current(
     the drag's thrust meets the restoring moment m g h sin a: below 5 degrees for these arms.
     """
     robot = rov_folder(tmp_path / name, LAYOUTS[name])
-    record = simulate(build_run(compose([f"robot={robot}", f"backend={engine}", *COMMON])))
+    record = simulate(run_settings([f"robot={robot}", f"backend={engine}", *COMMON]))
     assert record.error is None
     log = record.log
     late = log.time > 10.0
@@ -101,7 +97,7 @@ def test_a_boat_of_four_thrusters_is_held_in_its_place(engine: str, tmp_path: Pa
         *("effects.current.velocity_x=0.2", "effects.current.velocity_y=-0.1"),
         *("time.step=0.02", "controller.rate=50", "guide.rate=50", "time.duration=16"),
     ]
-    record = simulate(build_run(compose(words)))
+    record = simulate(run_settings(words))
     assert record.error is None
     log = record.log
     late = log.time > 12.0
@@ -123,4 +119,4 @@ def test_what_sinks_is_not_held_without_heave(tmp_path: Path) -> None:
     made = scaffold_robot("my_boat", tmp_path / "boat.urdf", parent=tmp_path)
     words = [f"robot={made.folder}", "water=fossen", "controller=station", "guide=hover"]
     with pytest.raises(ConfigError, match="do not command heave"):
-        build_world(build_run(compose(words)))
+        make(words)

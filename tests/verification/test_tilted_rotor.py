@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
 from seals.control.plant import layout_of
 from seals.control.tilts import FARTHEST, tilts_of
 from seals.effects.binding import bind_effects
 from seals.errors import ConfigError
 from seals.logs import Log
 from seals.robot.build import build_robot
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 
@@ -31,7 +30,7 @@ def robot_of(parent: Path) -> Path:
 def hovered(parent: Path, *words: str) -> Log:
     """Hover for five seconds from level."""
     fixed = ("guide=hover", "controller=cascade", "time.step=0.008", "initial.position=[0,0,1]")
-    record = simulate(build_run(compose([f"robot={robot_of(parent)}", *fixed, *words])))
+    record = simulate(run_settings([f"robot={robot_of(parent)}", *fixed, *words]))
     assert record.error is None
     return record.log
 
@@ -65,7 +64,7 @@ def test_the_tail_servo_balances_the_reaction_of_the_rotors(tmp_path: Path) -> N
 
 def test_a_tilt_is_a_force_across_the_hinge(tmp_path: Path) -> None:
     """The column of the servo is T h x a at the hub, within its stop and the largest tilt."""
-    run = build_run(compose([f"robot={robot_of(tmp_path)}"]))
+    run = run_settings([f"robot={robot_of(tmp_path)}"])
     robot = build_robot(run.robot)
     layout = layout_of(robot, bind_effects(run.actuators, robot.links))
     tilts = tilts_of(robot, layout, 5.0)
@@ -81,7 +80,7 @@ def test_a_thruster_on_a_joint_is_refused(tmp_path: Path) -> None:
     """Only a rotor on one hinge may move against the base."""
     words = ["+actuator@actuators.push=thrusters", "actuators.push.links=[tail_tilt]"]
     words += ["actuators.push.first=3", "actuators.push.max_force=[5]"]
-    run = build_run(compose([f"robot={robot_of(tmp_path)}", *words]))
+    run = run_settings([f"robot={robot_of(tmp_path)}", *words])
     robot = build_robot(run.robot)
     with pytest.raises(ConfigError, match="link 'tail_tilt' moves relative to the base"):
         layout_of(robot, bind_effects(run.actuators, robot.links))

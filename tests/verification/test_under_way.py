@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from seals.check.robot import Verdict, check_robot
-from seals.config.compose import compose
-from seals.run.build import build_run
+from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.scaffold.robot import scaffold_robot
 
@@ -29,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def bound(folder: Path) -> tuple[float, Verdict]:
     """Speed and verdict of ``seals check``."""
-    run = build_run(compose([f"robot={folder}"]))
+    run = run_settings([f"robot={folder}"])
     found = check_robot(run.robot, run.actuators, run.effects)
     (one,) = (each for each in found if each.subject == "under way")
     match = re.search(r"up to ([\d.]+) m/s", str(one))
@@ -56,7 +55,7 @@ def test_it_stays_level_below_and_turns_above(folder: Path, share: float, level:
         *("guide.places=[[0.1,0,-3],[40,0,-3]]", "initial.position=[0,0,-3]", "time.step=0.01"),
         *(f"guide.speed={share * speed}", "time.duration=30"),
     )
-    record = simulate(build_run(compose(list(words))))
+    record = simulate(run_settings(list(words)))
     assert record.error is None
     w, x, y, z = record.log.channel("orientation").T
     pitch = np.degrees(np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0)))

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.config.compose import compose
+from seals.api import make
 from seals.experiments.crab_gaits.walks import walked
 from seals.plugins.controllers.walking.anatomy import anatomy_of
-from seals.run.assembly import ROBOT, build_world
-from seals.run.build import build_run
+from seals.run.assembly import ROBOT
 from seals.world import World
 
 LAND, SEABED = "experiment=crab_walk", "experiment=crab_seabed"
@@ -19,7 +18,7 @@ LAND, SEABED = "experiment=crab_walk", "experiment=crab_seabed"
 
 def world_of(*overrides: str) -> tuple[World, Any]:
     """Return a world and its robot."""
-    world = build_world(build_run(compose(list(overrides))))
+    world = make(list(overrides))
     return world, world.actors[ROBOT]
 
 

@@ -57,8 +57,7 @@ def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
         first, place = place, place + leaf.size
         return block[first:place].reshape(leaf.shape)
 
-    found: CascadeState = type(form)._make((*mapped(form[:-1], taken), joints))
-    return found
+    return type(form)._make((*mapped(form[:-1], taken), joints))
 
 
 class _Kernels(NamedTuple):

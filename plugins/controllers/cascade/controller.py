@@ -153,7 +153,7 @@ class Cascade(CascadeSettings):
         """Prepare the law in the library of an array; for held joints, or for those that move."""
         plant = plant._replace(layout=lifting(plant.layout))
         layout = plant.layout
-        self._tilts = refuse_unfit(plant)
+        self._tilts = _refuse_unfit(plant)
         self._tilted = tilted_drives(plant.robot, layout, self._tilts)
         self._plant, self._like, self._g = plant, like, plant.gravity
         estimator = MassPropertyEstimator(plant.robot)
@@ -455,7 +455,7 @@ def shortened(vector: Array, longest: float) -> Array:
     return vector * xp.minimum(longest / xp.maximum(length, one * 1e-9), one)
 
 
-def refuse_unfit(plant: Plant) -> Fins:
+def _refuse_unfit(plant: Plant) -> Fins:
     """Return the servos that tilt rotors; refuse robots without four rotors and servos.
 
     Raises:

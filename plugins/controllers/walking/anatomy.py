@@ -119,8 +119,7 @@ class Anatomy(NamedTuple):
         out = self.basis[:, 0, :2]
         length = np.linalg.norm(out, axis=1, keepdims=True)
         aside = np.stack((np.zeros_like(self.side), 1.0 - 2.0 * self.side), axis=1)
-        level: Floats = np.where(length > SQUARE, out / np.maximum(length, SQUARE), aside)
-        return level
+        return np.where(length > SQUARE, out / np.maximum(length, SQUARE), aside)
 
 
 def anatomy_of(robot: RobotModel) -> Anatomy:
@@ -212,5 +211,4 @@ def _segments(plane: Floats, pose: Pose, links: list[int], toe: Floats) -> tuple
 
 def _wrapped(angle: Array) -> Array:
     """Angles between -pi and pi [rad]."""
-    turned: Array = angle - 2.0 * math.pi * namespace(angle).floor(angle / (2.0 * math.pi) + 0.5)
-    return turned
+    return angle - 2.0 * math.pi * namespace(angle).floor(angle / (2.0 * math.pi) + 0.5)

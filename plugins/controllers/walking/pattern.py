@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, Floats, namespace
+from seals.arrays import Array, namespace
 from seals.plugins.controllers.walking.anatomy import Anatomy
 
 
@@ -49,8 +49,7 @@ def phases_of(pattern: Pattern, anatomy: Anatomy) -> Array:
         return lagged(anatomy, 1.0 / 3.0, 1.0 / 3.0)
     if pattern is Pattern.ripple:
         return lagged(anatomy, 1.0 / count, 0.5)
-    order: Floats = np.mod((rank + side * count) / (2.0 * count), 1.0)
-    return order
+    return np.mod((rank + side * count) / (2.0 * count), 1.0)
 
 
 def lagged(anatomy: Anatomy, along: Any, across: Any) -> Array:

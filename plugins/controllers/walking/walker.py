@@ -22,7 +22,7 @@ from seals.field_roles import roles
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.stride import cadence, toes_of
 from seals.plugins.controllers.walking.support import Support, leg_stiffness
-from seals.schema import setting
+from seals.schema import check_order, setting
 from seals.state_records import state_record
 
 STILL = 0.02
@@ -140,11 +140,7 @@ class Walker(ControllerOptions, ABC):
         Raises:
             ConfigError: it has none, or legs that a gait cannot move.
         """
-        if self.lowest > self.highest:
-            raise ConfigError(
-                f"controller.lowest={self.lowest} is above controller.highest={self.highest}.\n"
-                "Allowed: lowest up to highest."
-            )
+        check_order(self, "lowest", "highest", where="controller", equal=True)
         self._legs: Anatomy = anatomy_of(plant.robot)
         self._rest = stowed(plant.robot)
         self._drives = plant.layout.drives

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.fluid import BodyStates, FluidBody
 from seals.plugins.fluids.sampling import ALL, Samples, joined, refuse_coarse, sample_pieces
 from seals.plugins.fluids.solver import ParticleSolver
@@ -83,11 +83,9 @@ def solid_scales(names: Sequence[str], chosen: Mapping[str, float]) -> list[floa
     """
     robots = [name.partition("/")[0] for name in names]
     for name in chosen:
-        if name not in {*names, *robots}:
-            raise ConfigError(
-                f"fluid.solid_scale.{name}: no body in the water has this name.\n"
-                + suggestion(name, [*robots, *names])
-            )
+        refuse_unlisted(
+            name, [*robots, *names], f"fluid.solid_scale.{name}: no body in the water has this name"
+        )
     return [
         chosen.get(name, chosen.get(robot, 1.0)) for name, robot in zip(names, robots, strict=True)
     ]

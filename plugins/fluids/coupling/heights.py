@@ -87,8 +87,8 @@ class HeightField:
         cells, heights = self._cells(points)
         out = np.full(int(self.shape.prod()), -np.inf if highest else np.inf)
         (np.maximum if highest else np.minimum).at(out, cells, heights)
-        ends: Floats = out.reshape(self.shape)
-        return ends
+        tops: Floats = out.reshape(self.shape)
+        return tops
 
     def at(self, places: Floats) -> Floats:
         """Return the heights at points, interpolated linearly [m], shape (N,).

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.environment.ground_settings import ObstacleSettings, SolidType
-from seals.errors import ConfigError
+from seals.errors import ConfigError, refuse_unlisted
 from seals.plugins.fluids.sampling import PITCH, Samples, box_walls, fewest_places
 from seals.plugins.fluids.sampling.tank import SIDES, WALL
 
@@ -162,10 +162,7 @@ def build_basin(
     """
     depth = size[2] if bottom is None else level - bottom
     for side in open_sides:
-        if side not in SIDES[:4]:
-            raise ConfigError(
-                f"open_sides: there is no side '{side}'.\nAllowed: {', '.join(SIDES[:4])}"
-            )
+        refuse_unlisted(side, SIDES[:4], f"open_sides: there is no side '{side}'")
     for name, length in zip(("length", "width", "depth"), (*size[:2], depth), strict=True):
         if length < FEWEST * spacing:
             raise ConfigError(

@@ -8,11 +8,10 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from seals.control import Reference, RobotState
-from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.over_batch import BatchFlee
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
-from seals.schema import setting
+from seals.schema import check_order, setting
 from seals.state_records import state_record
 
 
@@ -53,11 +52,7 @@ class Flee(Behaviour):
 
     def __post_init__(self) -> None:
         """Refuse a distance of calm below the distance of alarm."""
-        if self.calm < self.alarm:
-            raise ConfigError(
-                f"{self.guide}.calm={self.calm} is below {self.guide}.alarm={self.alarm}.\n"
-                f"Allowed: {self.alarm} m or more."
-            )
+        check_order(self, "alarm", "calm", where=self.guide, equal=True)
 
     def over_batch(self) -> BatchFlee:
         """Return the behaviour over a batch of animals; the enemy is what the batch says."""

@@ -20,7 +20,6 @@ class BatchBehaviour(Protocol):
 
     def start(self, place: Array, time: Array) -> Memory:
         """Return the initial memory for places [m] (B, 3) and times [s] (B, 1)."""
-        ...
 
     def aim(
         self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
@@ -34,7 +33,6 @@ class BatchBehaviour(Protocol):
             memory: of the last call.
             chance: random numbers.
         """
-        ...
 
 
 class BatchFreeze:

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.plugins.guides.behaviour.over_batch import BatchFreeze
 from seals.schema import setting
 from seals.state_records import state_record
@@ -45,11 +45,12 @@ def place_of(situation: RobotState, name: str, *, where: str) -> Floats:
     Raises:
         ConfigError: there is no such body.
     """
-    if name not in situation.bodies:
-        raise ConfigError(
-            f"{where}={name or '(nothing)'} is not the name of another body of the scene.\n"
-            f"{suggestion(name, list(situation.bodies), label='Bodies')}"
-        )
+    refuse_unlisted(
+        name,
+        situation.bodies,
+        f"{where}={name or '(nothing)'} is not the name of another body of the scene",
+        label="Bodies",
+    )
     return situation.bodies[name]
 
 

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.control.tracking import pursued
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.field_roles import roles
-from seals.plugins.guides.mission.parse import stages_of
 from seals.plugins.guides.mission.scene import Hand, MissionState, Move, Outcome, Scene
-from seals.plugins.guides.mission.stages import ReachStage, Stage
-from seals.schema import setting
+from seals.plugins.guides.mission.stages import (
+    Close,
+    Go,
+    Land,
+    Open,
+    Pose,
+    ReachStage,
+    Rise,
+    Stage,
+    Wait,
+)
+from seals.schema import read, setting
 
 
 @roles(data="stages arm gripper locator pads")
@@ -191,9 +200,47 @@ def _chosen(parts: Mapping[str, Any], name: str, word: str, robot: str) -> Any:
     """The named part, the first one without a name, or None where there is none."""
     if not name:
         return next(iter(parts.values()), None)
-    if name not in parts:
-        raise ConfigError(
-            f"guide.{word}={name}: robot '{robot}' has no such {word}.\n"
-            f"{suggestion(name, list(parts))}"
-        )
+    refuse_unlisted(name, parts, f"guide.{word}={name}: robot '{robot}' has no such {word}")
     return parts[name]
+
+
+KINDS: Mapping[str, type[Stage]] = {
+    "rise": Rise,
+    "go": Go,
+    "reach": ReachStage,
+    "pose": Pose,
+    "close": Close,
+    "open": Open,
+    "wait": Wait,
+    "land": Land,
+}
+"""Stages by the word after ``do:``."""
+
+
+def stages_of(rows: Sequence[Any], *, where: str = "stages") -> tuple[Stage, ...]:
+    """Return the stages that a list describes.
+
+    Args:
+        rows: mappings with ``do`` and the values of that stage.
+        where: key of the list, named in the messages.
+
+    Raises:
+        ConfigError: a stage is unknown, or a value of it.
+
+    Example:
+        >>> stages_of([{"do": "rise", "height": 2.0}])[0].height
+        2.0
+    """
+    return tuple(_stage(row, f"{where}[{k}]") for k, row in enumerate(rows))
+
+
+def _stage(row: Any, where: str) -> Stage:
+    values = read(dict[str, Any], row, where=where)
+    word = str(values.pop("do", ""))
+    if not word:
+        raise ConfigError(
+            f"{where}={row} does not say what to do.\n"
+            f"Write for instance {{do: rise, height: 1.0}}.  {suggestion('', KINDS)}"
+        )
+    refuse_unlisted(word, KINDS, f"{where}.do={word} is not a stage")
+    return read(KINDS[word], {"name": word, **values}, where=where)

@@ -70,7 +70,6 @@ class Detector(Protocol):
             cameras: with a picture each.
             now: state of robot and target; only a control reads the target.
         """
-        ...
 
 
 class DetectorParts:

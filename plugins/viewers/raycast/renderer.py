@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.caches import use_private_compiler_cache
-from seals.errors import ConfigError, PhysicsError, optional_import, suggestion
+from seals.errors import ConfigError, PhysicsError, optional_import, refuse_unlisted
 from seals.field_roles import roles
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of
 from seals.plugins.viewers.raycast.solids import Tables
@@ -67,11 +67,7 @@ class RendererRaycast:
     def __post_init__(self) -> None:
         """Refuse an unknown device; torch waits until `open`."""
         family = self.device.partition(":")[0]
-        if family not in DEVICES:
-            raise ConfigError(
-                f"device={self.device} is not known to the ray caster.\n"
-                f"{suggestion(family, DEVICES)}"
-            )
+        refuse_unlisted(family, DEVICES, f"device={self.device} is not known to the ray caster")
         self._scene: tuple[Tables, Fixed, Light] | None = None
         self._programs: dict[Setting, Callable[..., Any]] = {}
         self._rays: dict[Lens, tuple[Tensor, Tensor]] = {}

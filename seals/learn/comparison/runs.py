@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, refuse_unlisted
 from seals.learn.statistics.curve import Curve, curve
 from seals.untrusted_io import read_bytes, read_json
 
@@ -55,11 +55,12 @@ class Run:
             SealsError: they make no curve.
         """
         for name in (over, value):
-            if name not in self.columns:
-                raise LogError(
-                    f"{self.folder / EVALUATION} has no column '{name}'.\n"
-                    f"{suggestion(name, self.columns)}"
-                )
+            refuse_unlisted(
+                name,
+                self.columns,
+                f"{self.folder / EVALUATION} has no column '{name}'",
+                error=LogError,
+            )
         return curve(self.columns[over], self.columns[value])
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from seals.errors import ConfigError, SealsError, suggestion
+from seals.errors import ConfigError, SealsError, refuse_unlisted
 from seals.learn.comparison.outcome import Arm, ArmComparison, Band, Study
 from seals.learn.comparison.runs import Run
 from seals.learn.comparison.settings import AnalysisPlan
@@ -45,10 +45,7 @@ def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
     lines = {n: [r.curve(terms.value, over=terms.over) for r in runs] for n, runs in arms.items()}
     budget = terms.budget or min(line.x[-1] for every in lines.values() for line in every)
     reference = terms.reference or next(iter(arms))
-    if reference not in arms:
-        raise ConfigError(
-            f"reference={reference} is no arm of this study.\n{suggestion(reference, arms)}"
-        )
+    refuse_unlisted(reference, arms, f"reference={reference} is no arm of this study")
     terms = dataclasses.replace(terms, budget=float(budget), reference=reference)
     made = [_arm(name, arms[name], every, terms) for name, every in lines.items()]
     home = next(arm for arm in made if arm.name == reference)

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import write_hdf5
 from seals.learn.demonstrations.folder import read, write
@@ -156,8 +156,7 @@ def _refuse(config: Any) -> None:
             f"episodes={config.episodes}, most={config.most}, noise={config.noise} is not "
             "allowed.\nAllowed: episodes=1 or more, most=1 or more, noise from 0 to 1."
         )
-    if config.keep not in KEEP:
-        raise ConfigError(f"keep={config.keep} is unknown.\n{suggestion(str(config.keep), KEEP)}")
+    refuse_unlisted(str(config.keep), KEEP, f"keep={config.keep} is unknown")
     if config.who not in [who.value for who in Who]:
         words = suggestion(str(config.who), [who.value for who in Who])
         raise ConfigError(f"who={config.who} is unknown.\n{words}")

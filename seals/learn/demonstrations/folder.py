@@ -79,7 +79,7 @@ def read(folder: str | Path) -> Demonstrations:
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
     wanted = _expected(found)
     if is_memory_mapped(path.parent) and not path.exists():
-        arrays = read_memory_mapped(path.parent, list(found.steps), wanted)
+        arrays = _read_memory_mapped(path.parent, list(found.steps), wanted)
     else:
         size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in wanted.values())
         arrays = read_tensors(path, most=size + _HEADER)
@@ -129,7 +129,7 @@ def is_memory_mapped(folder: Path) -> bool:
     return (folder / f"action{SUFFIX}").exists()
 
 
-def read_memory_mapped(folder: Path, steps: list[int], wanted: Layout) -> dict[str, NDArray[Any]]:
+def _read_memory_mapped(folder: Path, steps: list[int], wanted: Layout) -> dict[str, NDArray[Any]]:
     """Read the arrays in the present layout; descriptions by tensordict are not looked at.
 
     Args:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seals.learn.demonstrations.episode import Episode
+from seals.learn.training.scoring import rounds_of
 
 if TYPE_CHECKING:
     from seals.learn.batched import Batched
@@ -39,10 +40,8 @@ def record(
         Episodes in the order of the seeds.
     """
     kept: list[Episode] = []
-    for first in range(0, len(seeds), environment.count):
-        wanted = list(seeds[first : first + environment.count])
-        padded = wanted + [wanted[-1]] * (environment.count - len(wanted))
-        kept += _round(environment, policy, padded, noise, labels)[: len(wanted)]
+    for padded, wanted in rounds_of(seeds, environment.count):
+        kept += _round(environment, policy, padded, noise, labels)[:wanted]
         if tell is not None:
             tell(len(kept))
     return kept

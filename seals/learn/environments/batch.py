@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like, namespace, on_accelerator, some
-from seals.errors import PhysicsError
 from seals.learn.batched import StepResult
 from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
@@ -20,6 +19,7 @@ from seals.learn.seeding import generator_of
 from seals.learn.starts import TRAINING_END
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied
+from seals.sound_numbers import refuse_not_finite
 from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
@@ -357,15 +357,11 @@ class Environments:
         odd = ~xp.isfinite(xp.reshape(values, (self.count, -1)))
         if bool(odd.any()):
             k = int(np.flatnonzero(np.asarray(odd).any(axis=1))[0])
-            task = type(self.task).__name__
-            raise PhysicsError(
-                f"the {what} of environment {k} is not finite ({task}).\n"
-                + (
-                    "Look into the policy: its network has diverged, or was given odd numbers."
-                    if what == "action"
-                    else f"Let the task return a finite {what}: seals.check_task(NAME) tries it."
-                )
-            )
+            advice = f"Let the task return a finite {what}: seals.check_task(NAME) tries it."
+            if what == "action":
+                advice = "Look into the policy: its network has diverged, or was given odd numbers."
+            where = f"({type(self.task).__name__})"
+            refuse_not_finite([f"the {what} of environment {k}"], where, advice)
 
     def _flag(self, flags: Array) -> Tensor:
         import torch

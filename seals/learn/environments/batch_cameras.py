@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array
 from seals.environment.ground import solids_of
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.seeding import generator_of
 from seals.learn.task import Instant
 from seals.multibody.tree import forward
@@ -194,9 +194,7 @@ def with_ball(scene: Scene, radius: float) -> Scene:
 
 def _link_of(name: str, camera: Any, robot: RobotModel) -> int:
     link = robot.links[0] if camera.link == "root" else camera.link
-    if link not in robot.links:
-        raise ConfigError(
-            f"sensors.{name}.link={link} is no link of {robot.name}.\n"
-            f"{suggestion(link, robot.links, label='Links')}"
-        )
+    refuse_unlisted(
+        link, robot.links, f"sensors.{name}.link={link} is no link of {robot.name}", label="Links"
+    )
     return robot.links.index(link)

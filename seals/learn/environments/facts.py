@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import BodyOptions
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.plugin_options import options_of
 from seals.world import Actor
 
@@ -47,8 +47,7 @@ class Facts:
             "level": lambda: np.array([self._water], dtype=float),
         }
         for name in names:
-            if name not in kinds:
-                raise ConfigError(f"no world knows '{name}'.\n{suggestion(name, list(kinds))}")
+            refuse_unlisted(name, kinds, f"no world knows '{name}'")
         self._actor, self._water = actor, environment.water_level
         self._body = options_of(actor.body, BodyOptions)
         self._kinds = {name: kinds[name] for name in names}

@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from seals import registry
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.environments.build import batched_of
 from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
@@ -68,8 +68,8 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         render_mode: str | None = None,
     ) -> None:
         """Build the world once; every episode resets it."""
-        if render_mode is not None and render_mode not in MODES:
-            raise ConfigError(f"render_mode={render_mode}\n{suggestion(str(render_mode), MODES)}")
+        if render_mode is not None:
+            refuse_unlisted(str(render_mode), MODES, f"render_mode={render_mode}")
         config = composed(env, backend or registry.default_backend(), overrides)
         self.render_mode = render_mode
         self._picture: Any = None
@@ -172,8 +172,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         """Build all environments."""
         modes = {mode.value: mode for mode in AutoresetMode}
         mode = autoreset_mode if isinstance(autoreset_mode, str) else autoreset_mode.value
-        if mode not in modes:
-            raise ConfigError(f"autoreset_mode={mode}\n{suggestion(str(mode), list(modes))}")
+        refuse_unlisted(str(mode), modes, f"autoreset_mode={mode}")
         if render_mode not in (None, "rgb_array"):
             raise ConfigError(f"render_mode={render_mode}\nAllowed for many: rgb_array, or none.")
         config = composed(env, backend, overrides)

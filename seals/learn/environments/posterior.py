@@ -102,7 +102,14 @@ def posterior_of(
     """
     finding = read_answer(where, key=KEY)
     if model is not None:
-        _refuse_other(finding, model)
+        # refuse a model that was not made from this diagnosis: its values mean something else
+        made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
+        if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
+            raise ConfigError(
+                f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another "
+                "diagnosis.\n"
+                "Make one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
+            )
     found = {key: (name, one) for name, key, one in _data_sheet_estimates(finding, effects)}
     for k, entry in enumerate(finding.effects):
         own = _effect_estimates(finding, entry, effects, root, added=model is not None)
@@ -239,13 +246,3 @@ def _field(effect: Any, field: str, file: Path) -> str:
     raise ConfigError(
         f"{file}: '{field}' is not a parameter of {type(effect).__name__}.\nDiagnose the log again."
     )
-
-
-def _refuse_other(finding: Finding, model: Mapping[str, Any]) -> None:
-    """Refuse a model that was not made from this diagnosis: its values mean something else."""
-    made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
-    if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
-        raise ConfigError(
-            f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another diagnosis."
-            "\nMake one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
-        )

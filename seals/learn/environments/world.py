@@ -129,7 +129,7 @@ class FullWorld:
 
     def _others(self, draw: Draw, seed: int) -> dict[str, Configuration]:
         """Return the objects' initial configurations; their guides take the episode's seed."""
-        from seals.run.objects import object_configuration
+        from seals.run.objects import stated_configuration
 
         things = {n: a for n, a in self.world.actors.items() if n != ROBOT}
         drawn = {} if self._whole is None else self._whole.places(draw.goal)
@@ -144,7 +144,7 @@ class FullWorld:
                 x, y, yaw = (float(v) for v in drawn[name])
                 place, rpy = [x, y, settings.position[2]], [*settings.rpy[:2], yaw]
                 settings = replace(settings, position=place, rpy=rpy)
-            found[name] = object_configuration(name, settings, thing.robot)
+            found[name] = stated_configuration(f"objects.{name}", settings, thing.robot)
         return found
 
     def _wanted(self, action: Floats, now: Instant) -> Reference:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seals.arrays import Floats
-from seals.errors import SealsError, suggestion
+from seals.errors import SealsError, refuse_unlisted
 
 LAST = 0.1
 """Share of the budget whose evaluations count as the end of a curve."""
@@ -111,8 +111,7 @@ def metric(name: str, line: Curve, *, budget: float) -> float:
     Raises:
         SealsError: there is no such metric, or the curve is too short.
     """
-    if name not in METRICS:
-        raise SealsError(f"metric '{name}' is unknown.\n{suggestion(name, METRICS)}")
+    refuse_unlisted(name, METRICS, f"metric '{name}' is unknown", error=SealsError)
     return float(METRICS[name](line, budget=budget))
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.errors import PhysicsError
 from seals.learn.devices import largest_of_all
 from seals.learn.learner import Advised
 from seals.learn.networks import actor_of
@@ -22,6 +21,7 @@ from seals.learn.training.rows import Rows
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores, score
 from seals.learn.training.tracking import Tracker
+from seals.sound_numbers import refuse_not_finite
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -204,11 +204,10 @@ class Training:
         running = self._statistics.returns
         if not bool(running.isfinite().all()):
             odd.append("return of an episode under way")
-        if odd:
-            raise PhysicsError(
-                f"not finite by step {self.step}: {', '.join(odd)}. The training stops.\n"
-                "Lower the learning rate, or let the task return finite rewards."
-            )
+        advice = (
+            "The training stops. Lower the learning rate, or let the task return finite rewards."
+        )
+        refuse_not_finite(odd, f"by step {self.step}", advice)
 
     def _evaluate(self) -> None:
         """Evaluate the present policy on the validation seeds, and save it."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import signal
-import threading
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from seals.errors import ConfigError, SealsError
 from seals.learn.devices import alike_in_all
 from seals.learn.training.checkpoint import FILE, read_checkpoint
 from seals.learn.training.tensor_state import stored
-from seals.run.stopping import ending
+from seals.run.stopping import ending, handled
 from seals.state_tree import conform
 
 if TYPE_CHECKING:
@@ -86,10 +85,5 @@ def stopping(training: Training) -> Iterator[None]:
             raise KeyboardInterrupt
         training.stop = True
 
-    main = threading.current_thread() is threading.main_thread()
-    before = {s: signal.signal(s, stop) for s in (signal.SIGINT, *ending()) if main}
-    try:
+    with handled(stop, (signal.SIGINT, *ending())):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -49,13 +49,10 @@ def score(
         tell: takes the number of episodes done.
     """
     rounds: list[Scores] = []
-    for first in range(0, len(seeds), environment.count):
-        wanted = list(seeds[first : first + environment.count])
-        # the last round may be short: its spare environments repeat a start and are not counted
-        padded = wanted + [wanted[-1]] * (environment.count - len(wanted))
-        rounds.append(_round(environment, policy, padded, len(wanted)))
+    for padded, wanted in rounds_of(seeds, environment.count):
+        rounds.append(_round(environment, policy, padded, wanted))
         if tell is not None:
-            tell(min(first + environment.count, len(seeds)))
+            tell(min(len(rounds) * environment.count, len(seeds)))
     return Scores(
         seed=np.array(seeds, dtype=np.int64),
         success=np.concatenate([each.success for each in rounds]),
@@ -65,6 +62,20 @@ def score(
             name: np.concatenate([each.facts[name] for each in rounds]) for name in rounds[0].facts
         },
     )
+
+
+def rounds_of(seeds: Sequence[int], count: int) -> Iterator[tuple[list[int], int]]:
+    """Yield seeds for all of so many environments, and how many of them were asked for.
+
+    The last round may be short: its spare environments repeat a start and do not count.
+
+    Example:
+        >>> list(rounds_of([5, 6, 7], 2))
+        [([5, 6], 2), ([7, 7], 1)]
+    """
+    for first in range(0, len(seeds), count):
+        wanted = list(seeds[first : first + count])
+        yield wanted + [wanted[-1]] * (count - len(wanted)), len(wanted)
 
 
 def _round(environment: Batched, policy: Policy, seeds: list[int], counted: int) -> Scores:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, optional_import, suggestion
+from seals.errors import optional_import, refuse_unlisted
 
 PROJECT = "seals"
 """Project, or experiment, under which trackers list trainings."""
@@ -92,8 +92,7 @@ def tracker_of(name: str | None, folder: Path, facts: Mapping[str, Any]) -> Trac
     """
     if name is None:
         return None
-    if name not in _KINDS:
-        raise ConfigError(f"track={name} is not known.\n{suggestion(name, _KINDS)}")
+    refuse_unlisted(name, _KINDS, f"track={name} is not known")
     kind, extra = _KINDS[name]
     with optional_import(
         f"track={name} needs a package",

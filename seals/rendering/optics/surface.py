@@ -24,20 +24,16 @@ class Surface(Protocol):
     @property
     def level(self) -> float:
         """Mean height, world z [m]."""
-        ...
 
     @property
     def reach(self) -> float:
         """Largest deviation of the surface from its mean level [m]."""
-        ...
 
     def height(self, x: Array, y: Array, time: Array) -> Array:
         """Return the height of the surface, world z [m]."""
-        ...
 
     def slope(self, x: Array, y: Array, time: Array) -> tuple[Array, Array]:
         """Return the slopes along x and y [1]."""
-        ...
 
 
 @runtime_checkable
@@ -46,7 +42,6 @@ class SurfaceSmooth(Protocol):
 
     def slope_over(self, x: Array, y: Array, time: Array, width: Array) -> tuple[Array, Array]:
         """Return the slope, smoothed by a Gaussian of a width [m] that has the shape of x [1]."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -103,7 +103,7 @@ def water_of(name: str) -> Water | None:
     return WATERS[name]
 
 
-def molecular(wavelength: float) -> float:
+def _molecular(wavelength: float) -> float:
     """Return the scattering coefficient of pure sea water [1/m].
 
     Args:
@@ -113,7 +113,7 @@ def molecular(wavelength: float) -> float:
         Haltrin 1999, Appl. Opt. 38, 6826, eq. 5.
 
     Example:
-        >>> round(molecular(475.0), 5)
+        >>> round(_molecular(475.0), 5)
         0.00277
     """
     return float(0.005826 * (400.0 / wavelength) ** 4.322)
@@ -133,5 +133,5 @@ def backscattering(scattering: float, wavelength: float, share: float) -> float:
         >>> round(backscattering(0.303, 475.0, 0.0183), 4)
         0.0069
     """
-    clear = min(molecular(wavelength), scattering)
+    clear = min(_molecular(wavelength), scattering)
     return 0.5 * clear + share * (scattering - clear)

@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.check.floating import FloatingBody
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.hydrostatics import Hull, HullSamples
 from seals.logs.atomic import write_text
 from seals.robot.model import RobotModel
@@ -88,8 +88,7 @@ def hydrodynamics_of(
         RobotError: the hull has no closed surface.
         MissingExtra: boundary elements are not installed.
     """
-    if link not in robot.links:
-        raise ConfigError(f"there is no link '{link}'.\n{suggestion(link, robot.links)}")
+    refuse_unlisted(link, robot.links, f"there is no link '{link}'")
     index = robot.links.index(link)
     hull = robot.hulls[index]
     if hull is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -11,18 +12,21 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
 from seals.sysid.calibration.free_numbers import with_free_numbers
-from seals.sysid.calibration.held_out import left_out_misfit, unseen_misfit
-from seals.sysid.calibration.names import chosen
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.problem import Problem, prepare
+from seals.sysid.predictors.linearise import dynamics_along, predict
+from seals.sysid.predictors.problem import Problem, prepare, refined, windows_of
+from seals.sysid.predictors.trajectory_cache import TrajectoryCache
+from seals.sysid.scores.held_out import held_out_misfit
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
@@ -116,8 +120,7 @@ class Calibration:
         signs = np.sign([n.slope for n in self.numbers])
         covariance = fit.covariance[np.ix_(at, at)] * signs[:, None] * signs[None, :]
         size = np.sqrt(np.diag(covariance))
-        correlation: Floats = covariance / size[:, None] / size[None, :]
-        return correlation
+        return covariance / size[:, None] / size[None, :]
 
     def tied(self) -> list[tuple[str, str, float]]:
         """Return strongly correlated pairs of numbers and their correlation, strongest first."""
@@ -201,10 +204,10 @@ def calibrated(
     values = dict(solution.fit.values)
     stated = {**values, **{n.key: 0.0 for n in numbers}}
     if held_out is None:
-        before, after = left_out_misfit(solution, stated)
+        before, after = _left_out_misfit(solution, stated)
     else:
         other = prepare(held_out, robot=robot, free=free)
-        before, after = unseen_misfit(other, [stated, values], at=values)
+        before, after = _unseen_misfit(other, [stated, values], at=values)
     refuse_undefined("calibration", [before, after, *(values[n.key] for n in numbers)])
     tell(STAGES)
     return Calibration(
@@ -233,4 +236,91 @@ def score_on(found: Calibration, log: Log, *, robot: RobotDescription | None = N
         log, robot=robot, free=lambda vehicle, own: replace(own, parameters=parameters)
     )
     values = found.solution.fit.values
-    return unseen_misfit(problem, [values], at=values)[0]
+    return _unseen_misfit(problem, [values], at=values)[0]
+
+
+def _unseen_misfit(
+    problem: Problem, models: Sequence[Mapping[str, float]], *, at: Mapping[str, float]
+) -> list[float]:
+    """Return the misfit per degree of freedom of models on another log; noise alone gives 1.
+
+    Nothing is fitted to the log but the start of every window.
+
+    Args:
+        problem: the other log made ready.
+        models: values of each by parameter key.
+        at: values about which the windows are linear, for all models alike.
+    """
+    plant, trajectory = problem.plant, problem.fitter.trajectory
+    if problem.samples.posed:
+        trajectory = refined(plant, trajectory, at=at)
+    cache = TrajectoryCache(plant, trajectory)
+    dynamics = dynamics_along(plant, trajectory, at, cache=cache)
+    windows = windows_of(plant, trajectory, dynamics)
+    found = []
+    for values in models:
+        prediction = predict(plant, trajectory, values, cache=cache)
+        whitened = windows.whiten(windows.residual(prediction)[:, :, None])
+        found.append(float(whitened.product(whitened).sum()) / float(windows.observed))
+    return found
+
+
+def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
+    """Return the cross-validated misfit per degree of freedom before and after the calibration.
+
+    Returns:
+        That of the stated numbers, and that of fits to the other parts, in turn.
+    """
+    fit, fitter = solution.fit, solution.fitter
+    before = fitter.misfit(stated)
+    found = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+    level = float(before.product(before).sum()) / fitter.windows.observed
+    return level, held_out_misfit(found)
+
+
+_SHOWN = 8
+"""Names that a refusal lists."""
+
+
+def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:
+    """Return the selected numbers, each once, in the order in which they were asked for.
+
+    A name is one of a number, of a group (``inertia`` for its three axes, ``effects.water_drag``
+    for all of its fields), or a pattern with ``*``.
+
+    Args:
+        asked: names, groups or patterns.
+        offered: numbers of the vehicle by name.
+
+    Raises:
+        ConfigError: nothing is asked for, or a name means none of the numbers.
+    """
+    if not asked:
+        shown = [n for n, number in offered.items() if number.offered]
+        more = f" and {len(shown) - _SHOWN} more" if len(shown) > _SHOWN else ""
+        raise ConfigError(
+            "parameters is not given.\n"
+            f"Say what to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
+            f"this vehicle has {', '.join(shown[:_SHOWN])}{more}"
+        )
+    found: dict[str, StatedNumber] = {}
+    for name in asked:
+        for one in _meant(str(name), offered):
+            found.setdefault(one.name, one)
+    return tuple(found.values())
+
+
+def _meant(name: str, offered: Mapping[str, StatedNumber]) -> list[StatedNumber]:
+    if name in offered:
+        return [offered[name]]
+    if any(c in name for c in "*?["):
+        meant = [n for k, n in offered.items() if n.offered and fnmatch.fnmatchcase(k, name)]
+    else:
+        heads = (f"{name}.", f"{name}_")
+        meant = [n for k, n in offered.items() if n.offered and k.startswith(heads)]
+    if not meant:
+        raise ConfigError(
+            f"parameters: '{name}' is not a parameter that a log of this vehicle can determine.\n"
+            f"{suggestion(name, offered)}"
+        )
+    return meant

@@ -14,7 +14,7 @@ from seals.effects.binding import has_hook
 from seals.effects.derived import strengths_of, unit_scale
 from seals.effects.effect import Effect, MediumKind
 from seals.effects.identification import Comparison, Stage, Subject
-from seals.errors import ConfigError, suggestion
+from seals.errors import refuse_unlisted
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
@@ -84,11 +84,7 @@ def _nominal(settings: CompareSettings) -> list[str]:
     chosen = settings.naming.nominal or ([str(e) for e in first] if first is not None else None)
     names = list(settings.effects) if chosen is None else [str(n) for n in chosen]
     for name in names:
-        if name not in settings.effects:
-            raise ConfigError(
-                f"naming.nominal: there is no effect '{name}'.\n"
-                f"{suggestion(name, settings.effects)}"
-            )
+        refuse_unlisted(name, settings.effects, f"naming.nominal: there is no effect '{name}'")
     drives = [n for n, a in settings.actuators.items() if has_hook(a, "drives")]
     return [*names, *(n for n in drives if n in settings.effects and n not in names)]
 
@@ -97,11 +93,9 @@ def _tolerances(settings: CompareSettings, keys: dict[str, Parameter]) -> tuple[
     out = []
     for full, spread in settings.naming.tolerances.items():
         key = str(full).removeprefix("effects.")
-        if key not in keys:
-            raise ConfigError(
-                f"naming.tolerances: '{full}' is not a parameter of the stated model.\n"
-                f"{suggestion(key, keys)}"
-            )
+        refuse_unlisted(
+            key, keys, f"naming.tolerances: '{full}' is not a parameter of the stated model"
+        )
         keys[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
         out.append(key)
     return tuple(out)
@@ -200,10 +194,7 @@ def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Cand
 def _chosen(found: list[Candidate], wanted: Sequence[str]) -> list[Candidate]:
     for name in wanted:
         known = sorted({x for c in found for x in (c.name, c.instance, c.label)})
-        if name not in known:
-            raise ConfigError(
-                f"rivals: nothing called '{name}' could act here.\n{suggestion(name, known)}"
-            )
+        refuse_unlisted(name, known, f"rivals: nothing called '{name}' could act here")
     keep = set(wanted)
 
     def called(c: Candidate) -> set[str]:

@@ -111,8 +111,7 @@ def _shares(meta: Mapping[str, Any], joints: int) -> Floats:
     numbers = len(given) == joints and all(isinstance(x, int | float) for x in given)
     square = np.square(given if numbers else np.ones(joints), dtype=float)
     total = float(square.sum())
-    shares: Floats = square / total if total > 0.0 else np.full(joints, 1.0 / joints)
-    return shares
+    return square / total if total > 0.0 else np.full(joints, 1.0 / joints)
 
 
 def _stated(meta: Mapping[str, Any]) -> dict[str, float]:
@@ -138,8 +137,7 @@ def _kept(
             phases |= set((sampled % n).tolist())
     if len(phases) > 1:
         return None
-    kept: NDArray[np.int64] = group[phases.pop() if phases else 0 :: n]
-    return kept
+    return group[phases.pop() if phases else 0 :: n]
 
 
 def _taken(

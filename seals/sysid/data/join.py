@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sysid.data.contact import contact_free
@@ -49,9 +48,16 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
         _compare(first, other)
     parts = [part for log in every for part in log.segments()]
     names = dict.fromkeys(name for log in every for name in log.columns)
-    columns = {k: np.concatenate([_column(p, k) for p in parts]) for k in names}
+    columns = {
+        k: np.concatenate([p.columns.get(k, np.full(p.rows, np.nan)) for p in parts]) for k in names
+    }
     segment = np.concatenate([np.full(p.rows, k, dtype=np.int64) for k, p in enumerate(parts)])
-    own = {k: _listed(k, every) for k in _OWN if all(k in log.meta for log in every)}
+    # entries of all runs, in order
+    own = {
+        k: [entry for log in every for entry in list(log.meta[k])[: len(log.segments())]]
+        for k in _OWN
+        if all(k in log.meta for log in every)
+    }
     meta = {k: v for k, v in first.meta.items() if k not in _OWN} | own
     meta |= {"logs": _each(every)}
     if any("sensors" in log.meta for log in every):
@@ -63,15 +69,6 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
         )
     name = f"{first.name} and {len(every) - 1} more"
     return replace(first, name=name, columns=columns, segment=segment, meta=meta)
-
-
-def _column(log: Log, name: str) -> Floats:
-    return log.columns.get(name, np.full(log.rows, np.nan))
-
-
-def _listed(key: str, logs: Sequence[Log]) -> list[Any]:
-    """Return the entries of all runs, in order."""
-    return [entry for log in logs for entry in list(log.meta[key])[: len(log.segments())]]
 
 
 def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
@@ -99,8 +96,7 @@ def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
 
 
 def _channels(log: Log) -> Mapping[str, Any]:
-    channels: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
-    return channels
+    return (log.meta.get("sensors") or {}).get("channels") or {}
 
 
 def _sensors(logs: Sequence[Log]) -> dict[str, Any]:

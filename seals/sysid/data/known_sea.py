@@ -59,12 +59,10 @@ class Span(Protocol):
     @property
     def begin(self) -> float:
         """Common clock at the first row [s]."""
-        ...
 
     @property
     def shift(self) -> float:
         """Common clock less the log's own time [s]."""
-        ...
 
 
 def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:

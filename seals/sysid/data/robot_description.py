@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.effects.effect import Effect
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.multibody.servo import GAINS
 from seals.registry import get
 from seals.robot.build import build_robot
@@ -206,8 +206,7 @@ def _hull(spec: Mapping[str, Any]) -> HullSettings:
     shapes = []
     for shape in spec["primitives"]:
         kind = shape["type"]
-        if kind not in _SIZES:
-            raise LogError(f"vehicle.hull holds a '{kind}'.\n{suggestion(kind, _SIZES)}")
+        refuse_unlisted(kind, _SIZES, f"vehicle.hull holds a '{kind}'", error=LogError)
         shapes.append(
             ShapeSettings(
                 type=ShapeType(kind),

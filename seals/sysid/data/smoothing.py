@@ -115,8 +115,7 @@ def _missed(square: Floats, half: int) -> NDArray[np.bool_]:
     total = _correlate(np.where(good, square, 0.0)[:, None], ones)[:, 0]
     mean = total / np.maximum(_correlate(good.astype(float)[:, None], ones)[:, 0], 1.0)
     # a stated noise that is too small counts for less
-    out: NDArray[np.bool_] = mean > _MISSED**2 * max(1.0, float(np.median(mean[good])))
-    return out
+    return mean > _MISSED**2 * max(1.0, float(np.median(mean[good])))
 
 
 def _correlate(values: Floats, weight: Floats) -> Floats:
@@ -124,5 +123,4 @@ def _correlate(values: Floats, weight: Floats) -> Floats:
     half = len(weight) // 2
     padded = np.pad(values, ((half, half), (0, 0)))
     windows = np.lib.stride_tricks.sliding_window_view(padded, len(weight), axis=0)
-    summed: Floats = windows @ weight
-    return summed
+    return windows @ weight

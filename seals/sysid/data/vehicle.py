@@ -21,7 +21,7 @@ from seals.effects.hooks import Hook
 from seals.effects.identification import Subject
 from seals.environment.seawater import FRESH_WATER
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.frames import matrix_of
 from seals.multibody.servo import GAINS
 from seals.plugin_options import options_of
@@ -467,12 +467,10 @@ def _words_of(name: str, effect: Effect, given: Mapping[str, Any]) -> dict[str, 
     lists = number_lists(effect)
     for key, word in given.items():
         where = f"meta.yaml: baseline: {name}.options"
-        if key not in known and key not in lists:
-            every = (*known, *lists)
-            raise LogError(f"{where}: there is no '{key}'.\n{suggestion(str(key), every)}")
-        words = [member.value for member in known[key]] if key in known else [word]
-        if word not in words:
-            raise LogError(f"{where}.{key}={word}.\n{suggestion(str(word), words)}")
+        refuse_unlisted(str(key), (*known, *lists), f"{where}: there is no '{key}'", error=LogError)
+        if key in known:
+            words = [member.value for member in known[key]]
+            refuse_unlisted(str(word), words, f"{where}.{key}={word}", error=LogError)
     return {
         key: known[key](word) if key in known else np.asarray(word, dtype=float).tolist()
         for key, word in given.items()

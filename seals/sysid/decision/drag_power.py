@@ -54,8 +54,7 @@ def _by_axis(best: EvidenceHypothesis, candidate: Candidate) -> bool:
 def _own_squares(best: EvidenceHypothesis, candidate: Candidate) -> Floats | None:
     """Return the axes whose speeds count in a drag's own law, shape (1, 3, 3); None for its own."""
     law = best.fitter.candidate_set.effects[candidate.instance]
-    squares: Floats | None = law.constants().get("squares")
-    return squares
+    return law.constants().get("squares")
 
 
 def _two_laws(best: EvidenceHypothesis) -> bool:

@@ -125,7 +125,16 @@ def write_experiment(
         count = round(manoeuvre.seconds / _SPACING) + 1
         asked = manoeuvre.path(scene, np.arange(count, dtype=float) * _SPACING)
         full = vehicle.full_voltage or 0.0
-        runs = [{**_columns(asked), "voltage": full * share} for share in manoeuvre.batteries]
+        runs = [
+            {
+                "spacing": _SPACING,
+                **{a: np.round(asked.place[:, k], 5).tolist() for k, a in enumerate("xyz")},
+                "yaw": np.round(asked.yaw, 5).tolist(),
+                "joints": np.round(asked.joints, 5).tolist() if asked.joints.shape[1] else [],
+                "voltage": full * share,
+            }
+            for share in manoeuvre.batteries
+        ]
     content = {
         "kind": KIND,
         "name": manoeuvre.name,
@@ -140,16 +149,6 @@ def write_experiment(
     text = yaml.safe_dump(plain(content), sort_keys=False, default_flow_style=None, width=140)
     command = command or shlex.join(["seals", "run", f"experiment={path}"])
     write_text(path, f"# Fly it: {command} [model=NAME] [out=FOLDER]\n{text}")
-
-
-def _columns(asked: Reference) -> dict[str, Any]:
-    """A reference as rounded columns."""
-    return {
-        "spacing": _SPACING,
-        **{a: np.round(asked.place[:, k], 5).tolist() for k, a in enumerate("xyz")},
-        "yaw": np.round(asked.yaw, 5).tolist(),
-        "joints": np.round(asked.joints, 5).tolist() if asked.joints.shape[1] else [],
-    }
 
 
 def read_experiment(path: str | Path) -> Experiment:

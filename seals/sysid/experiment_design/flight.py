@@ -170,8 +170,7 @@ def _reference(scene: Scene, manoeuvre: Manoeuvre, step: float, lead: float) -> 
 def _voltage(vehicle: Vehicle, share: float, rows: int, step: float) -> Floats:
     full = vehicle.full_voltage or 0.0
     time: Floats = np.arange(rows, dtype=float) * step
-    fall: Floats = full * (share - _DISCHARGE * time)[:, None]
-    return fall
+    return full * (share - _DISCHARGE * time)[:, None]
 
 
 def fly(
@@ -261,8 +260,7 @@ def _kicks(
     white = rng.standard_normal((rows, count, 6)) * np.repeat(vehicle.gust, 3)
     inertia = np.concatenate([np.full(3, vehicle.mass), np.diag(vehicle.robot.inertia[0])])
     gusts = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], white, axis=0)
-    kicks: Floats = gusts * (step / inertia)
-    return kicks
+    return gusts * (step / inertia)
 
 
 def _dropped(

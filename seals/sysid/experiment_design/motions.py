@@ -33,8 +33,7 @@ def smooth(time: Floats, start: float, width: float) -> Floats:
         [0.0, 0.5, 1.0]
     """
     x = np.clip((time - start) / width, 0.0, 1.0)
-    step: Floats = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-    return step
+    return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
 
 
 def visits(time: Floats, stops: Sequence[float], *, stay: float, move: float) -> Floats:
@@ -86,5 +85,4 @@ def sine(
     The end asks for an acceleration of up to 5.8 times its size over ``last`` squared.
     """
     fade = smooth(time, 0.0, 0.5 * period) * (1.0 - smooth(time, seconds - last, last))
-    wave: Floats = fade * size * np.sin(2.0 * np.pi * time / period + phase)
-    return wave
+    return fade * size * np.sin(2.0 * np.pi * time / period + phase)

@@ -140,11 +140,11 @@ def sum_of(manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Floats:
     size = flown[0].gram.table.shape[1]
     total = np.zeros((size, size))
     for f in flown:
-        total += f.gram.table[windows_of_run(f, manoeuvre)].sum(axis=0)
+        total += f.gram.table[_windows_of_run(f, manoeuvre)].sum(axis=0)
     return total
 
 
-def windows_of_run(flown: Flown, manoeuvre: Manoeuvre) -> Floats:
+def _windows_of_run(flown: Flown, manoeuvre: Manoeuvre) -> Floats:
     """Return a mask of the windows of a manoeuvre, shape (W,)."""
     first = flown.gram.windows.rows[:, 0]
     inside = np.zeros(len(first), dtype=bool)
@@ -210,7 +210,7 @@ def _seen(plan: Plan, best: Ranked) -> str:
     sums = sum_of(best.manoeuvre, plan.flown)
     seen: dict[str, tuple[float, float]] = {}
     for flown in plan.flown:
-        chosen = windows_of_run(flown, best.manoeuvre)
+        chosen = _windows_of_run(flown, best.manoeuvre)
         if chosen.any():
             pair = (names.index(worst.truth), rival)
             seen = difference(flown.gram, sums, chosen, pair)

@@ -125,7 +125,7 @@ def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranke
         ]
         each = [confidence([c for c in contests if c.truth == s.name]) for s in gram.supposed]
         sure = float(np.mean(each))
-    found = [w for f in flown for w in breaches(scene, f.rehearsal, manoeuvre)]
+    found = [w for f in flown for w in _breaches(scene, f.rehearsal, manoeuvre)]
     return Ranked(
         manoeuvre=manoeuvre,
         contests=tuple(contests),
@@ -135,7 +135,7 @@ def _ranked(scene: Scene, manoeuvre: Manoeuvre, flown: Sequence[Flown]) -> Ranke
     )
 
 
-def breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[str]:
+def _breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[str]:
     """Return the limits that a manoeuvre violates, in words; empty when it is safe."""
     found = []
     if manoeuvre.seconds > LONGEST:

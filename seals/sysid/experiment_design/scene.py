@@ -60,7 +60,7 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
         vehicle: stated model.
         around: position near which to stay, as far as it is safe [m], shape (3,).
     """
-    kind = kind_of(vehicle)
+    kind = _kind_of(vehicle)
     home = np.zeros(3) if around is None else np.array(around, dtype=float)
     level = vehicle.environment.water_level
     ground = vehicle.environment.ground_level
@@ -106,7 +106,7 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
     )
 
 
-def kind_of(vehicle: Vehicle) -> str:
+def _kind_of(vehicle: Vehicle) -> str:
     """Kind of a vehicle by its actuators and medium."""
     if not len(vehicle.lag):
         return DROP

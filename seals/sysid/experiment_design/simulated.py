@@ -6,7 +6,7 @@ import datetime
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from seals.config.overlay import find_overlay, load_overlay, overlay_names, read
 from seals.config.overrides import typed
 from seals.errors import ConfigError, suggestion
 from seals.file_names import file_name
+from seals.frames import exponential, multiply
+from seals.logs.channels import column_names
 from seals.logs.log import Log
 from seals.logs.native import write_native
 from seals.registry import get
@@ -26,10 +28,9 @@ from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.control import Course, controller_of, plant_of
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
 from seals.sysid.experiment_design.motions import Path as Reference
-from seals.sysid.experiment_design.sensed import Track, measured
 from seals.sysid.predictors.rollout import start_states
 from seals.sysid.validation.model import Model, nominal
-from seals.sysid.validation.replay import placed, stacked
+from seals.sysid.validation.replay import felt_at, placed, reported, stacked
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
 from seals.world.pilot import Pilot
@@ -148,7 +149,7 @@ def _run(
         track = _fly(world, model, experiment, job, rows=rows, parts=parts, volts=volts)
     finally:
         world.close()
-    return measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
+    return _measured(experiment, model, track, parts=parts, volts=volts, rng=rng)
 
 
 def _fly(
@@ -202,3 +203,82 @@ def _fly(
     seen.append(actor.body.read())
     commands, joints = (np.array(x) for x in zip(*orders, strict=True))
     return Track(stacked(seen), commands, joints)
+
+
+class Track(NamedTuple):
+    """One simulated run.
+
+    Args:
+        seen: base and joints at the start and after every step of the simulator.
+        commands: of the drives at every row of the log, shape (T, n).
+        joints: of the joints, shape (T, J).
+    """
+
+    seen: Configuration
+    commands: Floats
+    joints: Floats
+
+
+def _measured(
+    experiment: Experiment,
+    model: Model,
+    track: Track,
+    *,
+    parts: int,
+    volts: float | None,
+    rng: np.random.Generator,
+) -> dict[str, Floats]:
+    """Return log columns: commands, and noisy sensor readings at the sensors' rates.
+
+    Args:
+        experiment: step of the log, channels of the sensors.
+        model: what acts, errors of the sensors among it.
+        track: of the run.
+        parts: steps of the simulator between rows.
+        volts: of the battery.
+        rng: of the noise.
+    """
+    vehicle, rows = model.vehicle, len(track.commands)
+    out: dict[str, Floats] = {"t": np.arange(rows, dtype=float) * experiment.step}
+    for name, table in ((vehicle.commands, track.commands), ("joint_position_cmd", track.joints)):
+        out |= {f"{name}_{k + 1}": column for k, column in enumerate(table.T)}
+    channels = experiment.meta["sensors"]["channels"]
+    for name, values in _exact(experiment, model, track, parts).items():
+        if name not in channels:
+            continue
+        every = max(1, round(1.0 / (float(channels[name]["rate"]) * experiment.step)))
+        seen = np.arange(rows)[:, None] % every == 0
+        read = np.where(seen, _noisy(name, values, vehicle.sigma[name], rng), np.nan)
+        out |= zip(column_names(name, read.shape[1], name), read.T, strict=True)
+    if "battery_voltage" in channels and volts:
+        noise = vehicle.sigma["battery_voltage"] * rng.standard_normal(rows)
+        out["battery_voltage"] = volts + noise
+    return out
+
+
+def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) -> Floats:
+    """Values with noise; attitudes come out as w, x, y, z."""
+    if name == "orientation":
+        turned = multiply(values, exponential(sigma * rng.standard_normal((len(values), 3))))
+        return np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
+    return values + sigma * rng.standard_normal(values.shape)
+
+
+def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
+    """Return the readings without noise, one row for each row of the log."""
+    vehicle, step = model.vehicle, experiment.step
+    at, joints = np.arange(len(track.commands)) * parts, track.joints.shape[1]
+    gravity, level = vehicle.environment.gravity, vehicle.environment.water_level or 0.0
+    now, felt = felt_at(track.seen, at, step / parts, gravity, straddle=not joints)
+    spin, force, turn = np.split(
+        reported(model, felt[None], 0, model.sensor_delay / step)[0], (3, 6), 1
+    )
+    out = {
+        "angular_velocity": spin,
+        "specific_force": force,
+        "position": now.position,
+        "orientation": multiply(now.quaternion, exponential(turn)) if turn.size else now.quaternion,
+        "velocity": now.velocity,
+        "depth": level - now.position[:, 2:3],
+    }
+    return {**out, "joint_position": now.joints} if joints else out

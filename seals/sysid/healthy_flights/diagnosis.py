@@ -187,7 +187,7 @@ class HealthyFlights:
         inertial = inertial and all(has_inertial(log) for log in logs)
         flights = []
         for log, session in zip(logs, sessions or range(len(logs)), strict=True):
-            refuse_other(log, robot, stated, layout)
+            _refuse_other(log, robot, stated, layout)
             stated = {**_stated(log), **stated}
             flights.append(balance_of(log, vehicle, layout, session=session, inertial=inertial))
         reference, left_out = Reference(layout, tuple(flights)), {}
@@ -207,7 +207,7 @@ class HealthyFlights:
             LogError: the log shows no flight, has no commands, or is of another vehicle.
         """
         began, layout = time.perf_counter(), self.reference.layout
-        refuse_other(log, robot, self.stated, layout)
+        _refuse_other(log, robot, self.stated, layout)
         flight = balance_of(log, self.vehicle, layout, inertial=self.inertial)
         return HealthyDiagnosis(
             reference=self.reference,
@@ -217,7 +217,7 @@ class HealthyFlights:
         )
 
 
-def refuse_other(
+def _refuse_other(
     log: Log, robot: RobotDescription | None, stated: Mapping[str, Any], layout: DriveLayout
 ) -> None:
     """Refuse a log that states another vehicle than the healthy flights.

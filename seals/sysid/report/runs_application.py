@@ -27,7 +27,7 @@ def execute(config: Any) -> int:
     found = diagnose_runs(settings, read_logs(settings))
     out = Path(settings.out or HydraConfig.get().runtime.output_dir)
     write_json(out / ANSWER, finite(as_data(found)))
-    write_runs_report(found, out)
+    _write_runs_report(found, out)
     for one in found:
         print(sentence(one))
     print(f"\n{out / ANSWER}")
@@ -72,7 +72,7 @@ def sentence(one: RunsDiagnosis) -> str:
     return "\n".join(lines)
 
 
-def write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
+def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     """Write report.html and, for every diagnosis, a picture of measurement and models."""
     folder.mkdir(parents=True, exist_ok=True)
     sections = [_rank(one) for one in found]

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from seals.errors import ConfigError, NotFitted, suggestion
+from seals.errors import NotFitted, refuse_unlisted
 from seals.logs import Log, read_native, refuse_if_bad
 from seals.logs.shipped import find_log
 
@@ -53,11 +53,9 @@ class Settable:
             ConfigError: there is no such setting.
         """
         for name, value in settings.items():
-            if name not in self._settings():
-                raise ConfigError(
-                    f"'{name}' is not a setting of {type(self).__name__}.\n"
-                    f"{suggestion(name, self._settings())}"
-                )
+            refuse_unlisted(
+                name, self._settings(), f"'{name}' is not a setting of {type(self).__name__}"
+            )
             setattr(self, name, value)
         return self
 

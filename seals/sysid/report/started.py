@@ -64,7 +64,7 @@ def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track
             last[:, :, at] = attitude(turned, last[:, :, at])
     out = []
     for i, channel in enumerate(windows.channel_of):
-        values = measured_values(windows, channel)
+        values = _measured_values(windows, channel)
         if values is None or not np.isfinite(first[:, :, i]).any():
             continue
         axis = i - windows.channel_of.index(channel)
@@ -85,7 +85,7 @@ def tracks(before: EvidenceHypothesis, after: EvidenceHypothesis) -> tuple[Track
     return tuple(sorted(out, key=lambda t: -t.level(t.before)))
 
 
-def measured_values(windows: Windows, channel: str) -> Floats | None:
+def _measured_values(windows: Windows, channel: str) -> Floats | None:
     """Return the measured channel, shape (T, k); orientation as unwrapped roll, pitch and yaw."""
     values = windows.samples.channels.get(channel)
     if values is None or channel != "orientation":

@@ -108,7 +108,7 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
             f"their tolerances, {last} with the effect"
         )
         wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
-        return f"{words} {fell}; 1 is noise alone. {strained(diagnosis)} {wrong}".strip()
+        return f"{words} {fell}; 1 is noise alone. {_strained(diagnosis)} {wrong}".strip()
     reasons = "; ".join(diagnosis.answer.reasons)
     if verdict is Verdict.none_of_these:
         share, least = data.get("explained"), diagnosis.problem.policy.explained
@@ -139,7 +139,7 @@ def _wrong(number: Mapping[str, Any]) -> str:
     )
 
 
-def strained(diagnosis: Diagnosis) -> str:
+def _strained(diagnosis: Diagnosis) -> str:
     """Return a note where the model without the effect fits too, by changing data sheet values."""
     search, held = diagnosis.search, diagnosis.held_out
     fall = (held["before"] - held["after"]) * search.nominal.fitter.windows.observed

@@ -54,7 +54,7 @@ def wrench_blocks(
             title=f"Missing {name}",
             y_label=f"{name} [{unit}]",
             series=tuple(_lines(k, before, first, then)),
-            marks=(Mark(at=0.0, label="", level=True), *activity_marks(problem, candidates)),
+            marks=(Mark(at=0.0, label="", level=True), *_activity_marks(problem, candidates)),
         )
         options[f"{name}: {loud[k]:.2g} × its uncertainty"] = (chart,)
     return [
@@ -63,7 +63,7 @@ def wrench_blocks(
     ]
 
 
-def activity_marks(problem: Problem, candidates: Sequence[Candidate]) -> tuple[Mark, ...]:
+def _activity_marks(problem: Problem, candidates: Sequence[Candidate]) -> tuple[Mark, ...]:
     """Return the times at which effects begin and end, as chart marks."""
     samples, time = problem.samples, plot_time(problem)
     logs, marks = rows_of_logs(samples), []

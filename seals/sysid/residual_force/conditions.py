@@ -95,7 +95,7 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
     cache = fitter.cache or TrajectoryCache(plant, trajectory)
     around = cache.response(found.values).sample
     wet, flow = (x[rows] for x in _medium(around, plant.samples.rows))
-    wrench, throttle = actuator_wrench(plant, found.values)
+    wrench, throttle = _actuator_wrench(plant, found.values)
     rate = None
     if wrench is not None:
         rate = np.zeros_like(wrench)
@@ -118,7 +118,7 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
     )
 
 
-def actuator_wrench(
+def _actuator_wrench(
     plant: Plant, values: Mapping[str, float]
 ) -> tuple[Floats | None, Floats | None]:
     """Return the nominal actuator wrench (T, 6) and the sum of absolute thrusts (T,)."""

@@ -108,14 +108,14 @@ def dependences(found: Evidence, around: Conditions) -> tuple[Dependence, ...]:
             whole = gain(nothing[mixed], after, found)
             beyond = gain(constant[mixed], after, found)
             out.append(_made(name, frame, values, whole, beyond))
-    for name, basis in directed(around).items():
+    for name, basis in _directed(around).items():
         after = Table(found, basis).held_out(range(basis.shape[2]), ridge=widths(found, basis))
         own = gain(nothing[False], after, found)
         out.append(_made(name, "body", np.zeros(1), own, own))
     return tuple(sorted(out, key=lambda d: -d.whole.share))
 
 
-def directed(around: Conditions) -> dict[str, Floats]:
+def _directed(around: Conditions) -> dict[str, Floats]:
     """Basis wrenches along the velocity, the rotation or the actuator wrench, each (n, 6, c)."""
     size = len(around.time)
     table = {}

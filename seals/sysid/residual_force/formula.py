@@ -113,7 +113,9 @@ def formula(
             break
         chosen, now = [*chosen, term], held
         if len(chosen) < MOST:
-            known = _world(found, around, chosen)
+            # force of the chosen terms in world axes
+            wrench = wrench_of(_fitted(found, around, chosen), around)
+            known = rotate(around.turn, wrench[:, :3])
             places = [fit(found, around, left, without=known) for fit in (pull, spot)]
     if not chosen:
         return None
@@ -249,12 +251,6 @@ def wrench_of(terms: Sequence[Term], around: Conditions) -> Floats:
         basis = basis_of(term.kind, term.settings, around, term.medium)
         out += basis @ np.array(term.coefficients)
     return out
-
-
-def _world(found: Evidence, around: Conditions, chosen: Sequence[Term]) -> Floats:
-    """Force of the chosen terms in world axes."""
-    force: Floats = rotate(around.turn, wrench_of(_fitted(found, around, chosen), around)[:, :3])
-    return force
 
 
 def options(found: Formula) -> Mapping[str, Any]:

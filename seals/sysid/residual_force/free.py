@@ -130,5 +130,4 @@ class FreeWindows(Windows):
         """Projection of outputs on the start states."""
         start = self._marginal.outputs[:, :, : self.size]
         cross = np.matmul(start.transpose(0, 2, 1), outputs) * scale[:, :, None]
-        found: Floats = np.linalg.solve(factor, cross)
-        return found
+        return np.linalg.solve(factor, cross)

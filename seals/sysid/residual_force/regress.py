@@ -101,8 +101,7 @@ class Table:
         total = self._block(chosen).sum(axis=0)[:-1, :-1]
         scale = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
         inverse = np.linalg.inv(total * scale[:, None] * scale + 1e-12 * np.eye(len(scale)))
-        out: Floats = inverse * scale[:, None] * scale
-        return out
+        return inverse * scale[:, None] * scale
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
         """Decrease of the misfit by some columns added to others, fitted to all windows."""
@@ -130,8 +129,7 @@ class Table:
 
     def _block(self, chosen: Sequence[int]) -> Floats:
         index = [*chosen, self.width]
-        block: Floats = self.gram[:, index][:, :, index]
-        return block
+        return self.gram[:, index][:, :, index]
 
 
 def folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:

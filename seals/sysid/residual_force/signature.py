@@ -115,7 +115,12 @@ def signature(given: Findings) -> Signature:
         frame=frame,
         along=along,
         media=media,
-        facts=_facts(given),
+        facts={
+            "ceiling": given.residual.ceiling,
+            "force": given.regimes[0].force,
+            "torque": given.regimes[0].torque,
+            "exponents": {e.law: [e.value, e.sd] for e in given.exponents if e.sure},
+        },
     )
 
 
@@ -318,15 +323,6 @@ def _others(given: Findings, share: float) -> list[tuple[float, str]]:
         )
         out.append((0.5 * d.beyond.share, words))
     return out
-
-
-def _facts(given: Findings) -> dict[str, Any]:
-    return {
-        "ceiling": given.residual.ceiling,
-        "force": given.regimes[0].force,
-        "torque": given.regimes[0].torque,
-        "exponents": {e.law: [e.value, e.sd] for e in given.exponents if e.sure},
-    }
 
 
 def _vector(values: Floats) -> str:

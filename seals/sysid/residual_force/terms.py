@@ -151,8 +151,7 @@ def basis_of(
     rows = len(around.time)
     if kind == DRIVEN:
         assert around.drive is not None
-        driven: Floats = around.drive[:, :, None] * around.share(medium)[:, :, None]
-        return driven
+        return around.drive[:, :, None] * around.share(medium)[:, :, None]
     columns = []
     for stem in STEMS.get(kind, (kind,)):
         law = FORCES.get(stem) or TORQUES[stem]

@@ -53,10 +53,10 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
         ]
     )
     scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
-    return log_information(scaled)
+    return _log_information(scaled)
 
 
-def log_information(scaled: Floats) -> float:
+def _log_information(scaled: Floats) -> float:
     """Compute log det (N + 1) of an information matrix N in units of its prior.
 
     Rounding can leave N with negative eigenvalues, for it is a difference of large products; these
@@ -69,7 +69,7 @@ def log_information(scaled: Floats) -> float:
         Twice the information in nats; NaN where the matrix holds values not finite.
 
     Example:
-        >>> round(log_information(np.diag([np.e - 1.0, -9.0])), 12)
+        >>> round(_log_information(np.diag([np.e - 1.0, -9.0])), 12)
         1.0
     """
     if not np.isfinite(scaled).all():

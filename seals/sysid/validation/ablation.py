@@ -88,7 +88,7 @@ def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.
     """
-    first, candidate_set = nominal(problem.vehicle), library_for(problem, overlay)
+    first, candidate_set = nominal(problem.vehicle), _library_for(problem, overlay)
     values = {key: fitted.value for key, fitted in overlay.nominal.items()}
     models = [first]
     if values:
@@ -99,7 +99,7 @@ def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
     return models
 
 
-def library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
+def _library_for(problem: Problem, overlay: Overlay) -> CandidateSet:
     """Return the candidate set of a log, with drag exponents at the speeds of the fitted log."""
     candidate_set = problem.plant.candidate_set
     if not overlay.speeds:
@@ -136,7 +136,7 @@ def replay_variants(
     }
     if overlay.nominal:
         values = {key: fitted.calibrated for key, fitted in overlay.nominal.items()}
-        alone = nominal(problem.vehicle).changed(ALONE, values, library_for(problem, overlay))
+        alone = nominal(problem.vehicle).changed(ALONE, values, _library_for(problem, overlay))
     every = [*models, *others.values(), *([] if alone is None else [alone])]
     ruler = yardstick(problem, every)
     replays = Replays(ruler, tell)
@@ -306,8 +306,7 @@ def _starts(loose: Windows, ruler: Yardstick, rng: np.random.Generator) -> Float
     size = problem.fitter.trajectory.size
     if not problem.samples.posed:
         spread = stated_starts(problem.plant, problem.fitter.trajectory)[1]
-        drawn: Floats = spread * rng.standard_normal((count, size))
-        return drawn
+        return spread * rng.standard_normal((count, size))
     noise = rng.standard_normal(loose.weight.shape) * (loose.weight > 0.0)
     found, _ = loose.explained(noise.reshape(loose.count, -1))
     nearest = np.argmin(np.abs(loose.rows[:, :1] - ruler.rows[None, :, 0]), axis=0)

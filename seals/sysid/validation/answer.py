@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 from seals.config.overrides import typed
-from seals.errors import ConfigError, LogError, suggestion
+from seals.errors import ConfigError, LogError, refuse_unlisted
 from seals.logs.native import TABLES
 from seals.schema import Within, plain, read
 from seals.sysid.candidates.activity import Moment
@@ -306,10 +306,7 @@ def _chosen(answer: Answer, choose: str | None, key: str, plan: str) -> tuple[Fo
                 f"Plan a flight that tells them apart ({plan}){own}"
             )
         return tuple(answer.effects)
-    if choose not in names:
-        raise ConfigError(
-            f"choose={choose}: the diagnosis does not contain it.\n{suggestion(choose, names)}"
-        )
+    refuse_unlisted(choose, names, f"choose={choose}: the diagnosis does not contain it")
     return (answer.effects[names.index(choose)],)
 
 

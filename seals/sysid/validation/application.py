@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from seals.arrays import Floats
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
-from seals.errors import ConfigError, MissingExtra, SealsError, suggestion
+from seals.errors import ConfigError, MissingExtra, SealsError, printable, suggestion
 from seals.field_roles import Role, roles_of
-from seals.logs.atomic import write_json
+from seals.logs.atomic import atomic_path, write_json
 from seals.logs.log import Log
+from seals.report.style import CYCLE, MUTED
 from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.data.supply import supply_words
@@ -25,9 +30,8 @@ from seals.sysid.validation.ablation import (
     replay_count,
     replay_variants,
 )
-from seals.sysid.validation.acceleration import acceleration_of, draw_acceleration
 from seals.sysid.validation.answer import logs_of, noted_logs, read_answer
-from seals.sysid.validation.drawing import draw_ablation, print_table
+from seals.sysid.validation.drawing import canvas, draw_ablation, print_table
 from seals.sysid.validation.verification import Verification, judge, sentences
 from seals.sysid.validation.writing import overlay_of, timed_words, withdraw, write_overlay
 
@@ -274,3 +278,97 @@ def _write(out: Path, found: Verification, log: Log) -> None:
             draw_acceleration(out / ACCELERATION, felt, found)
     except MissingExtra as missing:
         print(f"No picture: {' '.join(str(missing).split())}")
+
+
+COLOURS = CYCLE[1], CYCLE[0]
+"""Colours of the model before and after."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AccelerationTrack:
+    """Specific force of a log along one axis of the inertial sensor, measured and simulated.
+
+    Args:
+        axis: x, y or z: the one with the largest residual of the first variant.
+        time: of the rows that the windows share [s], shape (W, K).
+        measured: [m/s^2], shape (W, K); NaN for no sample.
+        simulated: of the first and the last variant [m/s^2], each (W, K).
+    """
+
+    axis: str
+    time: Floats
+    measured: Floats
+    simulated: tuple[Floats, Floats]
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Root mean square residual before and after [m/s^2]."""
+        before, after = (
+            float(np.sqrt(np.nanmean((self.measured - s) ** 2))) for s in self.simulated
+        )
+        return before, after
+
+
+def acceleration_of(found: Verification, log: Log) -> AccelerationTrack | None:
+    """Compare the accelerometer of a log with its replays; None without readings.
+
+    Args:
+        found: with the replays of the first and the last variant.
+        log: that was replayed.
+    """
+    if not log.has("specific_force"):
+        return None
+    parts = log.segments()
+    rows = found.ablation.first.track.rows
+    seen = np.concatenate([p.channel("specific_force") for p in parts])[rows]
+    before, after = (
+        m.track.reading[:, :, 3:6] for m in (found.ablation.first, found.ablation.last)
+    )
+    given = np.isfinite(seen)
+    if not given.all(axis=2).any():
+        return None
+    left = np.nansum((seen - before) ** 2, axis=(0, 1))
+    k = int(np.argmax(left))
+    return AccelerationTrack(
+        axis="xyz"[k],
+        time=np.concatenate([p.time for p in parts])[rows],
+        measured=seen[:, :, k],
+        simulated=(before[:, :, k], after[:, :, k]),
+    )
+
+
+def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification) -> None:
+    """Draw measured and simulated acceleration before and after, the residuals below.
+
+    Raises:
+        MissingExtra: there is no matplotlib.
+    """
+    figure = canvas((9.0, 6.4))
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+    added = " and ".join(printable(part).replace("_", " ") for part in found.overlay.parts)
+    names = f"stated model: {track.levels[0]:.2g}", f"with {added}: {track.levels[1]:.2g}"
+    upper.plot(*_line(track.time, track.measured), color=MUTED, linewidth=2.4, label="measured")
+    for simulated, colour, name in zip(track.simulated, COLOURS, names, strict=True):
+        label = f"{name} m/s² left"
+        upper.plot(*_line(track.time, simulated), color=colour, linewidth=1.1, label=label)
+        residual = track.measured - simulated
+        lower.plot(*_line(track.time, residual), color=colour, linewidth=1.1)
+    upper.set_ylabel(f"specific force {track.axis} [m/s²]")
+    lower.set_ylabel("measured less\nsimulated [m/s²]")
+    lower.set_xlabel("time [s]")
+    lower.axhline(0.0, color=MUTED, linewidth=0.8)
+    upper.legend(loc="best", frameon=False, fontsize=9)
+    upper.set_title(printable(f"{found.overlay.name} on {found.ablation.name}"), fontsize=11)
+    for axes in (upper, lower):
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    with atomic_path(path) as beside:
+        figure.savefig(beside, dpi=130, format="png")
+
+
+def _line(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Windows as one line with a gap between them; rows without a sample are left out."""
+    gap = np.full((len(x), 1), np.nan)
+    time, value = (np.concatenate([a, gap], axis=1).ravel() for a in (x, y))
+    given = np.isfinite(value) | ~np.isfinite(time)
+    return time[given], value[given]

@@ -273,5 +273,4 @@ def _shifted(values: Floats, late: float) -> Floats:
     if not late:
         return values
     at = np.arange(values.shape[1]) - late
-    known: Floats = np.where((at >= 0.0)[None, :, None], between_rows(values, at), np.nan)
-    return known
+    return np.where((at >= 0.0)[None, :, None], between_rows(values, at), np.nan)

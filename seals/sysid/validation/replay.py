@@ -114,7 +114,7 @@ def replay(
     return Track(rows=rows, error=error, reading=reading)
 
 
-def drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None:
+def _drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | None:
     """States of all drives at every step of the simulator, shape (T, parts, n).
 
     The law is that of the drivetrain; it runs over the whole log, so that a window starts with
@@ -146,7 +146,7 @@ class _Runner:
         self.latency = model.vehicle.command_latency
         self.mean_over = round((model.vehicle.simulated_step or 0.0) / world.step_size)
         self.world, self.samples, self.trajectory = world, samples, trajectory
-        self.drive, self.parts = drive_states(model, samples, parts=parts), parts
+        self.drive, self.parts = _drive_states(model, samples, parts=parts), parts
         self.actor = world.actors[VEHICLE]
         if samples.voltage is not None:
             # as measured: the model's battery is full again at the start of every window
@@ -263,8 +263,7 @@ def _at_rows(rate: Floats, at: NDArray[np.int64], *, straddle: bool) -> Floats:
     """
     if straddle:
         return rate[at]
-    out: Floats = 2.0 * rate[np.maximum(at - 1, 0)] - rate[np.maximum(at - 2, 0)]
-    return out
+    return 2.0 * rate[np.maximum(at - 1, 0)] - rate[np.maximum(at - 2, 0)]
 
 
 def _before_rows(rate: Floats, at: NDArray[np.int64], count: int) -> Floats:
@@ -312,8 +311,7 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     turns = [b.hooks.pose_turn(b.params) for b in model.bound.having("pose_turn")]
     if turns:
         parts.append(np.broadcast_to(np.sum(turns, axis=0), (len(flat), 3)))
-    shaped: Floats = np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
-    return shaped
+    return np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
 
 
 def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:

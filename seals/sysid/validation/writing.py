@@ -16,7 +16,7 @@ from seals.config.overlay import WAVE, free_name
 from seals.config.overrides import typed
 from seals.config.plugin_lookup import plugin_name
 from seals.effects.effect import Effect, MediumKind
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.logs.atomic import write_text
 from seals.schema import parameters_of, plain
 from seals.sysid.candidates.activity import active_words
@@ -182,10 +182,7 @@ def _model_of(finding: Finding) -> AnswerModel:
     names = [effect.name for effect in finding.effects]
     known = {*installed(), *(law.candidate for law in wave_laws())}
     for name in names:
-        if name not in known:
-            raise ConfigError(
-                f"'{name}' is not a candidate for this vehicle.\n{suggestion(name, known)}"
-            )
+        refuse_unlisted(name, known, f"'{name}' is not a candidate for this vehicle")
     own = ",".join(names) or FORMULA
     found = (finding.answer.models or {}).get(own)
     if found is None:

@@ -37,19 +37,15 @@ class Link(Protocol):
         Raises:
             ConfigError: it stays silent.
         """
-        ...
 
     def renew(self) -> None:
         """Begin the next session with an autopilot that restarted."""
-        ...
 
     def exchange(self, state: FlightState) -> Floats | None:
         """Send a state and return the outputs that answer it, NaN for none; None at the end."""
-        ...
 
     def close(self) -> None:
         """Release the sockets."""
-        ...
 
 
 class Refusals:

@@ -243,7 +243,10 @@ def _way(replay: Replay, times: Floats) -> Way:
     track = track[during] if during.any() else track
     level = replay.stage.settings.environment.water_level
     low, high = track.min(axis=0), track.max(axis=0)
-    reach = _reach(replay)
+    # largest distance of the robot from its base [m]
+    time = float(replay.time[0])
+    base = np.asarray(replay.poses([time]).position)[0, 0]
+    reach = max(0.1, float(np.linalg.norm(_corners(replay, time) - base, axis=1).max()))
     radius = 0.5 * float(np.linalg.norm(high - low)) + reach
     return Way(0.5 * (low + high), radius, level, reach)
 
@@ -262,13 +265,6 @@ def _corners(replay: Replay, time: float) -> Floats:
             points = corners_of(shape)[0] @ np.asarray(shape.rotation).T + shape.position
             found.append(points @ rotation[shape.frame].T + position[shape.frame])
     return np.concatenate(found)
-
-
-def _reach(replay: Replay) -> float:
-    """Return the largest distance of the robot from its base [m]."""
-    time = float(replay.time[0])
-    base = np.asarray(replay.poses([time]).position)[0, 0]
-    return max(0.1, float(np.linalg.norm(_corners(replay, time) - base, axis=1).max()))
 
 
 def _unseen(shooting: Shooting, settings: RenderSettings) -> list[str]:

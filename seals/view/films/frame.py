@@ -80,15 +80,12 @@ class Photographer(Protocol):
         Raises:
             SealsError: a package or a device is missing, or the scene cannot be drawn.
         """
-        ...
 
     def photograph(self, frame: Frame) -> Image:
         """Render a frame: linear red, green, blue, white is 1, shape (H, W, 3)."""
-        ...
 
     def close(self) -> None:
         """Release memory and devices; a second call does nothing."""
-        ...
 
 
 class Drawn:

@@ -209,8 +209,7 @@ def apparent(origin: Floats, points: Floats, level: float | None) -> Floats:
     x = 0.5 * (low + high)
     ray = np.column_stack([flat * (x / far)[:, None], np.full_like(x, depth)])
     ray *= (np.linalg.norm(points - origin, axis=1) / np.linalg.norm(ray, axis=1))[:, None]
-    found: Floats = np.where(crossing[:, None], origin + ray, points)
-    return found
+    return np.where(crossing[:, None], origin + ray, points)
 
 
 def in_picture(view: Viewpoint, lens: Lens, points: Floats, level: float | None) -> bool:

@@ -248,8 +248,7 @@ def _mass_matrix(heavy: Array, centre: Array, inertia: Array, slope: Array) -> A
             both = BEHIND[i] * BEHIND[j]
             out[6 + i, 6 + j] = (heavy * (slope[:, i] * slope[:, j]).sum(0)).sum(0)
             out[6 + i, 6 + j] += (both * inertia[1, 1]).sum(0)
-    whole: Array = out.transpose(2, 0, 1)
-    return whole
+    return out.transpose(2, 0, 1)
 
 
 def friction(plant: Plant, speed: Array, dry: Array, viscous: Array) -> Array:
@@ -264,5 +263,4 @@ def centre_of_all(arm: Any, angle: Array) -> Array:
     total = arm.base_mass * arm.base_centre[:, None]
     for i in range(JOINTS):
         total = total + arm.masses[i] * where.centres[i]
-    out: Array = total / (arm.base_mass + arm.masses.sum())
-    return out
+    return total / (arm.base_mass + arm.masses.sum())

@@ -88,8 +88,7 @@ class Flight:
         act = np.zeros((self.body.count, n))
         if self.cases[0].vehicle.rotor:
             act = np.sqrt(self.with_it["hover_thrust"] / self.with_it["act_gain"])
-        state: Array = self.body.still(place[:3], q, speed[:3], spin, act)
-        return state
+        return self.body.still(place[:3], q, speed[:3], spin, act)
 
     def _released(self) -> Array:
         starts = [s for c in self.cases for s in c.starts]
@@ -99,13 +98,11 @@ class Flight:
         place = both["position"] + both["position_miss"]
         velocity = to_world(matrix(q), both["velocity_miss"])
         none = np.zeros((0, place.shape[1]))
-        state: Array = self.body.still(place, q, velocity, spin, none)
-        return state
+        return self.body.still(place, q, velocity, spin, none)
 
     def joints(self) -> slice | None:
         """Rows of the state that hold the joint angles."""
-        found: slice | None = getattr(self.body, "joint_rows", None)
-        return found
+        return getattr(self.body, "joint_rows", None)
 
     def readings(self) -> dict[str, Array]:
         """Noise-free readings of the logged rows, each (rows, axes, members)."""

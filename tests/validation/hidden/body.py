@@ -180,20 +180,17 @@ class Body:
     def voltage(self, state: Array) -> Array:
         """Terminal voltage under load."""
         plant = self.plant
-        out: Array = plant["full_voltage"] - state[CHARGE] - plant["resistance"] * self._load(state)
-        return out
+        return plant["full_voltage"] - state[CHARGE] - plant["resistance"] * self._load(state)
 
     def _load(self, state: Array) -> Array:
         act = state[HEAD : HEAD + self.count]
         if not self.count:
             return self._zero
         if not self.rotor:
-            out: Array = np.minimum((np.abs(act) / 3.0).mean(0), 4.0)
-            return out
+            return np.minimum((np.abs(act) / 3.0).mean(0), 4.0)
         # current as the power of the thrust: three halves
         thrust = self.plant["act_gain"] * act * np.abs(act) / self.plant["hover_thrust"]
-        load: Array = (np.abs(thrust) ** 1.5).mean(0)
-        return load
+        return (np.abs(thrust) ** 1.5).mean(0)
 
     def thrusts(self, state: Array, m: Motion) -> tuple[Array, Array]:
         """Thrust and reaction torque of each actuator, (na, n) each."""

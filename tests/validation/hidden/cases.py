@@ -118,8 +118,7 @@ def _vehicle(spec: Spec, rng: np.random.Generator) -> Vehicle:
         return vehicles.drop(rng, with_added_mass=not bare)
     if spec.body == "aam":
         return links.wading(rng) if spec.pattern == "wading" else links.aam(rng)
-    made: Vehicle = getattr(vehicles, spec.body)(rng)
-    return made
+    return getattr(vehicles, spec.body)(rng)
 
 
 def _effect(

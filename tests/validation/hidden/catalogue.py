@@ -103,8 +103,7 @@ def _one(name: str, parameter: str, value: float, key: str, **facts: Any) -> Hid
 
 
 def _signs(rng: Rng, low: float, high: float) -> Array:
-    out: Array = rng.uniform(low, high, 3) * rng.choice([-1.0, 1.0], 3)
-    return out
+    return rng.uniform(low, high, 3) * rng.choice([-1.0, 1.0], 3)
 
 
 def _flat(rng: Rng, size: float, upward: float = 0.0) -> Array:

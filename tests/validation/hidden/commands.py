@@ -55,5 +55,4 @@ class Commands:
         came = behind * self.step + delay + self.jitter[index, log]
         share = np.clip((end - came) / (end - start), 0.0, 1.0)
         now, before = self.values[index, log], self.values[index - 1, log]
-        out: Array = (before + share[:, None] * (now - before)).T
-        return out
+        return (before + share[:, None] * (now - before)).T

@@ -93,8 +93,7 @@ class Controller:
         thrust = (self._share * wrench).sum(1)
         speed = np.sqrt(np.maximum(thrust, 0.0) / self._gain)
         speed = speed + self._dither * self._rng.standard_normal(speed.shape)
-        out: Array = np.clip(speed, 0.15 * self._limit, self._limit)
-        return out
+        return np.clip(speed, 0.15 * self._limit, self._limit)
 
     def _thrusters(
         self, t: float, place: Array, q: Array, velocity: Array, spin: Array, step: float
@@ -118,8 +117,7 @@ class Controller:
         wrench = np.concatenate((force, roll_torque[None], yaw_torque[None]))
         thrust = (self._share * wrench).sum(1)
         thrust = thrust + self._dither * self._rng.standard_normal(thrust.shape)
-        out: Array = np.clip(thrust, -self._limit, self._limit)
-        return out
+        return np.clip(thrust, -self._limit, self._limit)
 
 
 def _allocation(vehicle: Vehicle) -> Array:

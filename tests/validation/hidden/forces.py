@@ -120,8 +120,7 @@ def sag_factor(plant: Plant, voltage: Array) -> Array:
 def ground_ratio(plant: Plant, m: Motion, level: float) -> Array:
     """Radius over four heights of each rotor, (na, n)."""
     hub = m.place[2] + (m.turn[2][:, None] * plant["act_place"]).sum(0) - level
-    out: Array = plant["rotor_radius"] / (4.0 * np.maximum(hub, 0.02))
-    return out
+    return plant["rotor_radius"] / (4.0 * np.maximum(hub, 0.02))
 
 
 def ground_factor(plant: Plant, m: Motion, level: float) -> Array:
@@ -136,8 +135,7 @@ def water_factor(plant: Plant, m: Motion, level: float) -> Array:
     hub = m.place[2] + (m.turn[2][:, None] * plant["act_place"]).sum(0) - level
     share = np.clip(0.5 - hub / HUB_BAND, 0.0, 1.0)
     share = share * share * (3.0 - 2.0 * share)
-    out: Array = 1.0 + (plant["water_ratio"] - 1.0) * share
-    return out
+    return 1.0 + (plant["water_ratio"] - 1.0) * share
 
 
 def rotor_drag(plant: Plant, m: Motion, thrust: Array) -> tuple[Array, Array]:

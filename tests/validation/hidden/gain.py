@@ -230,8 +230,7 @@ class Gains:
             columns = np.concatenate((columns, zero), axis=1)
         q, _ = np.linalg.qr(starts)
         left = columns - q @ (q.swapaxes(1, 2) @ columns)
-        out: Array = left.reshape(-1, columns.shape[2])
-        return out
+        return left.reshape(-1, columns.shape[2])
 
     def difference(self, plant: Plant, sent: Commands | None = None) -> Array:
         """Projected difference (numbers, 1) that another plant makes."""

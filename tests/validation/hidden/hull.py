@@ -87,5 +87,4 @@ def filling_rate(place: Array, layer: Array, turn: Array, velocity: Array, spin:
     sink = -(turn[2] * velocity).sum(0)
     # the height of a cell falls with the part of spin x place along the vertical
     lever = cross(turn[2], spin)
-    out: Array = (layer * (sink - (lever[:, None] * place).sum(0))).sum(0)
-    return out
+    return (layer * (sink - (lever[:, None] * place).sum(0))).sum(0)

@@ -68,5 +68,4 @@ def schedule(
 def entered(body: Any, after: Any, state: Array, t: Array) -> Array:
     """The state under other parameters: pose and velocities go on, momentum follows."""
     m = body.motion(state, t)[0]
-    changed: Array = after.with_motion(state, m.velocity, m.spin, t)
-    return changed
+    return after.with_motion(state, m.velocity, m.spin, t)

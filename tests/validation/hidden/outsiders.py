@@ -54,8 +54,7 @@ def region(plant: Plant, m: Motion) -> Array:
 def cubic(plant: Plant, m: Motion) -> Array:
     """Drag with the third power of the speed, along the motion."""
     v = _wetted(m)
-    out: Array = -plant["cubic"] * (v**2).sum(0) * v
-    return out
+    return -plant["cubic"] * (v**2).sum(0) * v
 
 
 def sway_by_yaw(plant: Plant, m: Motion) -> Array:
@@ -81,8 +80,7 @@ def vortices(plant: Plant, m: Motion, phase: Array) -> Array:
 def shedding_rate(plant: Plant, m: Motion) -> Array:
     """Rate of the shedding phase: Strouhal number 0.2 [rad/s]."""
     speed = np.sqrt((_wetted(m) ** 2).sum(0))
-    out: Array = 2.0 * np.pi * 0.2 * speed / plant["vortex_width"]
-    return out
+    return 2.0 * np.pi * 0.2 * speed / plant["vortex_width"]
 
 
 def wheel(plant: Plant, m: Motion) -> Array:

@@ -89,8 +89,7 @@ def draw(kind: str, pattern: str, rng: np.random.Generator, seconds: float) -> W
 def joints(wanted: Wanted, t: float) -> Array:
     """Joint angles (3, n) asked for at a time."""
     swing = wanted["joint_size"] * np.sin(wanted["joint_rate"] * t + wanted["joint_phase"])
-    out: Array = wanted["joint_middle"] + swing.sum(1)
-    return out
+    return wanted["joint_middle"] + swing.sum(1)
 
 
 def at(wanted: Wanted, t: float) -> tuple[Array, Array, Array]:
@@ -112,5 +111,4 @@ def typical_speed(wanted: Wanted, seconds: float) -> Array:
     """Root mean square speed of each axis (3, n), at least a few centimetres per second."""
     rows = [at(wanted, t)[1][:3] for t in np.arange(0.0, seconds, 0.1)]
     mean = np.sqrt(np.mean([(r**2).mean(0) for r in rows], axis=0))
-    out: Array = np.maximum(np.tile(1.2 * mean, (3, 1)), 0.05)
-    return out
+    return np.maximum(np.tile(1.2 * mean, (3, 1)), 0.05)

@@ -17,14 +17,12 @@ def cross(a: Array, b: Array) -> Array:
 
 def to_world(turn: Array, body: Array) -> Array:
     """Body vectors (3, n) in world axes, with matrices (3, 3, n)."""
-    out: Array = (turn * body).sum(1)
-    return out
+    return (turn * body).sum(1)
 
 
 def to_body(turn: Array, world: Array) -> Array:
     """World vectors (3, n) in body axes, with matrices (3, 3, n)."""
-    out: Array = (turn * world[:, None]).sum(0)
-    return out
+    return (turn * world[:, None]).sum(0)
 
 
 def matrix(q: Array) -> Array:

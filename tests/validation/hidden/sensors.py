@@ -103,8 +103,7 @@ def _late(fine: Array, rows: int, track: Track, delay: Array) -> Array:
     low = where.astype(np.intp)
     part = where - low
     case = np.arange(n)[None]
-    out: Array = fine[:, low, case] * (1.0 - part) + fine[:, low + 1, case] * part
-    return out
+    return fine[:, low, case] * (1.0 - part) + fine[:, low + 1, case] * part
 
 
 def exact(track: Track, plant: Plant, joints: slice | None = None) -> dict[str, Array]:

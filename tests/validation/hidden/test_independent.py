@@ -12,10 +12,6 @@ import pytest
 import yaml
 
 HERE = Path(__file__).parent
-ROOT = HERE.parents[2]
-if str(ROOT) not in sys.path:
-    sys.path.append(str(ROOT))
-
 from tests.validation.hidden import (  # noqa: E402
     cases,
     equivalents,

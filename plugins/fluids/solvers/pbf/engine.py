@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.caches import cache_folder
-from seals.errors import ConfigError, PhysicsError
+from seals.errors import ConfigError, PhysicsError, refuse_unlisted
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 DEVICES = ("cpu", "cuda")
@@ -45,8 +45,7 @@ class Engine:
 
     def __post_init__(self) -> None:
         """Check the choice; Taichi starts with the first water."""
-        if self.device not in DEVICES:
-            raise ConfigError(f"device {self.device!r} is unknown.\nAllowed: {', '.join(DEVICES)}.")
+        refuse_unlisted(self.device, DEVICES, f"device {self.device!r} is unknown")
         allowed = len(os.sched_getaffinity(0))
         if self.threads < 0:
             raise ConfigError(f"threads={self.threads} must be 0 (all) or more.")

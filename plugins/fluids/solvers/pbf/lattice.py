@@ -54,7 +54,7 @@ class Calibration(NamedTuple):
         virial: pressure over (multiplier / volume) in settled water; near one.
         behind: density that a wall adds to the layer of water on it.
         press: gradient of the density that a wall adds to the layer of water on it [1/spacing].
-        solid: factors of the boundary's kernel, see ``solid_factors``.
+        solid: factors of the boundary's kernel, see ``_solid_factors``.
         along: what a wall adds to the moments of the layer of water on it along the wall, over what
             it adds across.
     """
@@ -97,7 +97,7 @@ class Calibration(NamedTuple):
         response = np.abs((gradient[:, :1] * np.sin(points[:, :1] * waves)).sum(axis=0)) ** 2
         flat = points[:, 2] == 0
         layers = np.arange(1.0, support)
-        solid = solid_factors(shape, factor, support)
+        solid = _solid_factors(shape, factor, support)
         return cls(
             support=support,
             factor=factor,
@@ -158,7 +158,7 @@ def sheet_mean(
     return np.array([(value * weight).sum(), height * (slope * weight).sum()])
 
 
-def solid_factors(
+def _solid_factors(
     shape: Callable[[Array], tuple[Array, Array]], factor: float, support: float
 ) -> tuple[float, float]:
     """Return (a, b) of the boundary's kernel u^7 (a + b u), u = 1 - q / support.

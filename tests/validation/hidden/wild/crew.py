@@ -131,8 +131,7 @@ class Crew:
         act = np.zeros((self.body.count, len(both)))
         if self.first.vehicle.rotor:
             act = np.sqrt(self.with_it["hover_thrust"] / self.with_it["act_gain"])
-        state: Array = self.body.still(place[:3], q, speed[:3], spin, act)
-        return state
+        return self.body.still(place[:3], q, speed[:3], spin, act)
 
     def _released(self) -> Array:
         starts = [m.log.starts[m.segment] for m in self.members]
@@ -142,12 +141,10 @@ class Crew:
         velocity = to_world(matrix(q), both["velocity"] + both["velocity_miss"])
         place = both["position"] + both["position_miss"]
         none = np.zeros((0, len(starts)))
-        state: Array = self.body.still(place, q, velocity, spin, none)
-        return state
+        return self.body.still(place, q, velocity, spin, none)
 
     def _joints(self) -> slice | None:
-        found: slice | None = getattr(self.body, "joint_rows", None)
-        return found
+        return getattr(self.body, "joint_rows", None)
 
     def measure(self) -> list[dict[str, Array]]:
         """What the sensors of every member read, rows by axes."""

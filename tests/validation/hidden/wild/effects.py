@@ -111,8 +111,7 @@ def hide(name: str, robot: Robot, rng: Rng, size: float, wanted: Wanted) -> Hidd
         size = min(size, 2.0)
     if name == "weak_rotor":
         size = min(size, 2.2)
-    made: Hidden = getattr(catalogue, name)(v, rng, size)
-    return made
+    return getattr(catalogue, name)(v, rng, size)
 
 
 def _payload(robot: Robot, rng: Rng, size: float) -> Hidden:

@@ -52,8 +52,7 @@ def _fixed(name: str, place: Array, parent: str = "body") -> str:
 
 def steiner(mass: float, r: Array) -> Array:
     """Inertia of a point mass at r, (3, 3)."""
-    out: Array = mass * (float(r @ r) * np.eye(3) - np.outer(r, r))
-    return out
+    return mass * (float(r @ r) * np.eye(3) - np.outer(r, r))
 
 
 def body_link(robot: Robot) -> tuple[float, Array, Array]:
@@ -190,8 +189,7 @@ def content(robot: Robot) -> dict[str, Any]:
     if v.count:
         out["actuators"] = _actuators(robot)
     out["sensors"] = {"imu": {"sensor": "imu", "link": "imu_link"}}
-    plain: dict[str, Any] = _plain(out)
-    return plain
+    return _plain(out)
 
 
 def write(folder: Path, robot: Robot) -> None:

@@ -49,8 +49,7 @@ class Robot:
     @property
     def tree(self) -> Tree | None:
         """Its arms."""
-        found: Tree | None = self.vehicle.arm
-        return found
+        return self.vehicle.arm
 
 
 def noise(rng: Rng, *, slow: int = 1, velocity: bool = False, joints: bool = False) -> Any:

@@ -63,8 +63,7 @@ class Tree:
         total = self.base_mass * self.base_centre[:, None]
         for i, (turn, place, _) in enumerate(self.chain(angle)):
             total = total + self.mass[i] * (place + np.einsum("ijn,j->in", turn, self.com[:, i]))
-        out: Array = total / (self.base_mass + self.mass.sum())
-        return out
+        return total / (self.base_mass + self.mass.sum())
 
     def whole_inertia(self, angle: Array) -> Array:
         """Nominal inertia (3, 3) of the vehicle about its centre of gravity; angles (m,)."""
@@ -121,8 +120,7 @@ def chain(parents: list[int], origin: Array, axis: Array, angle: Array) -> Chain
 
 def _times(a: Array, b: Array) -> Array:
     """Products of matrices (3, 3, ...)."""
-    out: Array = (a[:, :, None] * b[None]).sum(1)
-    return out
+    return (a[:, :, None] * b[None]).sum(1)
 
 
 class TreeBody(ArmBody):
@@ -219,5 +217,4 @@ def _mass_matrix(heavy: Array, centre: Array, own: Array, slope: Array, about: A
     weighed = heavy * slope
     for i in range(m):
         out[6 + i, 6:] = (slope[:, i, None] * weighed + about[:, i, None] * spun).sum((0, 2))
-    whole: Array = out.transpose(2, 0, 1)
-    return whole
+    return out.transpose(2, 0, 1)

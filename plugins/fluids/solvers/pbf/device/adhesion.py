@@ -14,20 +14,20 @@ MEASURED = 0.5
 of Young and Dupre from 75 to 120 degrees, within 5."""
 
 
-def bell(share: float) -> float:
+def _bell(share: float) -> float:
     """Attraction of eq. 7 of the paper at a share of the support, less its factor [1]."""
     inside = -4.0 * share**2 + 6.0 * share - 2.0
     return max(inside, 0.0) ** 0.25 if 0.5 < share < 1.0 else 0.0
 
 
-def work_of_sheet(reach: float) -> float:
+def _work_of_sheet(reach: float) -> float:
     """Energy between a square of a lattice of particles and a sheet of samples one spacing below.
 
     Args:
         reach: support of the attraction [1 spacing].
 
     Returns:
-        Of an attraction `bell` [1 spacing].
+        Of an attraction `_bell` [1 spacing].
     """
     total = 0.0
     steps = range(-math.ceil(reach), math.ceil(reach) + 1)
@@ -35,7 +35,7 @@ def work_of_sheet(reach: float) -> float:
         for y in steps:
             for z in range(1, math.ceil(reach) + 1):
                 share = math.sqrt(x * x + y * y + z * z) / reach
-                total += quad(bell, min(share, 1.0), 1.0)[0] * reach
+                total += quad(_bell, min(share, 1.0), 1.0)[0] * reach
     return total
 
 
@@ -45,7 +45,7 @@ class Adhesion:
 
     Equation:
         a_i = -sum_b strength w_b A(r_ib) e_ib, A the function of eq. 7 of the paper; the strength
-        follows from the work of adhesion W, see `work_of_sheet` and ``MEASURED``. A drop with the
+        follows from the work of adhesion W, see `_work_of_sheet` and ``MEASURED``. A drop with the
         surface tension gamma has the contact angle of Young and Dupre, W = gamma (1 + cos theta).
 
     Args:
@@ -79,7 +79,7 @@ class Adhesion:
         support: float,
     ) -> None:
         self.p, self.s, self.b, self.g, self.support = particles, samples, bodies, numbers, support
-        self.strength = MEASURED * work * spacing / (mass * work_of_sheet(support / spacing))
+        self.strength = MEASURED * work * spacing / (mass * _work_of_sheet(support / spacing))
 
     @ti.func
     def attraction(self, e, weight) -> Any:

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, PairSums
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -14,7 +14,7 @@ and 12 spacings of 0.5 mm (36, 47, 53), and of 9 of 0.7 mm (45)."""
 
 
 @ti.data_oriented
-class Cohesion:
+class Cohesion(PairSums):
     """Cohesion between particles, and curvature of the surface.
 
     Equation:
@@ -90,28 +90,8 @@ class Cohesion:
                 self.p.velocity[1].add(i, -(self.g.step[None] * self.strength) * a)
 
     @ti.func
-    def gather(self, i, force: ti.template()) -> Any:
-        """Sum normals, or forces, over the neighbours of one particle."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
-        s = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.near[i]):
-                s += self.pair(i, self.p.list[i, k], q, force)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(
-                        self.grid.start, q, ox, oy, SLACK * self.grid.support
-                    )
-                    for j in range(first, last):
-                        if j != i:
-                            s += self.pair(i, j, q, force)
-        return s
-
-    @ti.func
     def pair(self, i, j, q, force: ti.template()) -> Any:
-        """Contribution of one neighbour."""
+        """Normal by one neighbour, or its force."""
         o = self.p.place[1].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         r2 = e.norm_sqr()

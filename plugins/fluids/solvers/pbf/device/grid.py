@@ -163,6 +163,41 @@ class Grid:
 
 
 @ti.data_oriented
+class PairSums:
+    """Base of laws that sum over the neighbours of a particle, from stored lists or from the cells.
+
+    A law has ``p`` (particles), ``grid``, ``listed`` (whether lists are stored), and
+    ``pair(i, j, q, second)``: the contribution of neighbour j to the first or the second sum of
+    particle i at q, three numbers.
+    """
+
+    p: Particles
+    grid: Grid
+    listed: bool
+    pair: Any
+
+    @ti.func
+    def gather(self, i, second: ti.template()) -> Any:
+        """Sum over the neighbours of one particle."""
+        at = self.p.place[1].get(i)
+        q = ti.Vector([at[0], at[1], at[2]])
+        s = ti.Vector([0.0, 0.0, 0.0])
+        if ti.static(self.listed):
+            for k in range(self.p.near[i]):
+                s += self.pair(i, self.p.list[i, k], q, second)
+        else:
+            for ox in range(-1, 2):
+                for oy in range(-1, 2):
+                    first, last = self.grid.run(
+                        self.grid.start, q, ox, oy, SLACK * self.grid.support
+                    )
+                    for j in range(first, last):
+                        if j != i:
+                            s += self.pair(i, j, q, second)
+        return s
+
+
+@ti.data_oriented
 class Near:
     """Particles and boundary samples around a point, from stored lists or from the cells.
 

@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.grid import SLACK, Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, PairSums
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 
 @ti.data_oriented
-class Vorticity:
+class Vorticity(PairSums):
     """Vorticity confinement: restores part of the vorticity that the solver damps.
 
     Equation:
@@ -68,27 +68,8 @@ class Vorticity:
                     )
 
     @ti.func
-    def gather(self, i, slope: ti.template()) -> Any:
-        """Sum the curl, or the gradient of its magnitude, over the neighbours of one particle."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
-        s = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.near[i]):
-                s += self.pair(i, self.p.list[i, k], q, slope)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(
-                        self.grid.start, q, ox, oy, SLACK * self.grid.support
-                    )
-                    for j in range(first, last):
-                        s += self.pair(i, j, q, slope)
-        return s
-
-    @ti.func
     def pair(self, i, j, q, slope: ti.template()) -> Any:
-        """Contribution of one neighbour."""
+        """Curl by one neighbour, or the gradient of its magnitude."""
         o = self.p.place[1].get(j)
         e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
         g = self.kernel.gradient(e.norm_sqr()) * e
