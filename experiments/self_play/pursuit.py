@@ -204,8 +204,8 @@ class Pursuit(Environments):
         hand, legs = (asked, said) if self.role == HUNTER else (said, asked)
         return super()._law(scene._replace(goal=self.game.run(scene.goal, legs)), hand, chance)
 
-    def _observation(self, now: Instant) -> Tensor:
-        return self._as_tensor(seen_by(self.role, self.game, now))
+    def _values(self, now: Instant) -> Array:
+        return seen_by(self.role, self.game, now)
 
     def _result(self, verdict: Any, final: Tensor, observation: Tensor) -> StepResult:
         if self.role == PREY:

@@ -13,7 +13,7 @@ from seals.effects import Effect, MediumKind, bind_effects
 from seals.errors import ConfigError
 from seals.motion import Body, Drives, Inputs, Medium, Motion
 from seals.plugins.effects.battery_sag import BatterySag
-from seals.plugins.effects.ground_effect import GroundEffect
+from seals.plugins.effects.ground_effect import GroundEffect, GroundForm
 from seals.plugins.effects.motor_curve import MotorCurve
 from seals.plugins.effects.rotor_drag import DragRotor
 from seals.plugins.effects.thrust_coefficient import ThrustCoefficient
@@ -84,6 +84,14 @@ def test_ground_effect_counts_the_height_of_the_hub_itself() -> None:
     # world heights 0.3 - 0.1 and 0.3 + 0.1
     gains = [1.0 / (1.0 - (0.12 / 0.8) ** 2), 1.0 / (1.0 - (0.12 / 1.6) ** 2)]
     assert_allclose(found.thrust, [[3.0 * gains[0], 5.0 * gains[1]]], rtol=1e-12)
+
+
+def test_ground_effect_of_a_whole_vehicle_has_no_righting_moment() -> None:
+    """Nose down, both hubs count the height of the middle between them, 0.3 m."""
+    whole = GroundEffect(coefficient=1.0, form=GroundForm.vehicle)
+    found = act(whole, motion(0.3, NOSE_DOWN))
+    gain = 1.0 / (1.0 - (0.12 / 1.2) ** 2)
+    assert_allclose(found.thrust, [[3.0 * gain, 5.0 * gain]], rtol=1e-12)
 
 
 @pytest.mark.parametrize("height", [0.01, -0.05, -3.0])

@@ -255,7 +255,7 @@ def test_what_no_run_takes_leaves_no_folder(
     monkeypatch.setattr("seals.cli.new._first_run", refuse)
     assert main(["new", "robot", "my", "--urdf", "it.urdf"]) == 2
     assert not (tmp_path / "my").exists()
-    assert "it.urdf makes a robot" in capsys.readouterr().err
+    assert "it.urdf gives a robot that cannot be simulated" in capsys.readouterr().err
 
 
 def test_centre_of_buoyancy_of_the_uuv_simulator(tmp_path: Path) -> None:

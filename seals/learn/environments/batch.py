@@ -176,7 +176,7 @@ class Environments:
         judged = self._judged if self._verdict is None else self._verdict
         verdict, ended, ledger, values = judged(now, before, scene.ledger, failed)
         told = self._perceive(now, None)
-        final = self._seen(told, values if told is now else self.task.observation(told))
+        final = self._seen(told, values if told is now else self._values(told))
         after = Scene(robots, scene.goal, now, ledger)
         # nobody waits for an accelerator whose law is pure: there the answer is always yes
         if self._renew and (some(ended) if simulator.pure else bool(ended.any())):
@@ -208,7 +208,7 @@ class Environments:
             truncated=verdict.truncated & ~lost,
             success=verdict.success & ended & ~lost,
         )
-        return verdict, ended, ledger, self.task.observation(now)
+        return verdict, ended, ledger, self._values(now)
 
     def _reset_ended(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
         """Reset the environments whose episode ended."""
@@ -370,7 +370,11 @@ class Environments:
         return found.to(self.device)
 
     def _observation(self, now: Instant) -> Tensor:
-        return self._seen(now, self.task.observation(now))
+        return self._seen(now, self._values(now))
+
+    def _values(self, now: Instant) -> Array:
+        """Return what is observed, shape (N, observation_size)."""
+        return self.task.observation(now)
 
     def _seen(self, now: Instant, values: Array) -> Tensor:
         """Return observations as tensors, where the positions are known."""
