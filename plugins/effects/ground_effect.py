@@ -98,7 +98,7 @@ class GroundEffect(Effect):
         xp = namespace(motion.position)
         places = drives.position
         above = motion.up @ places.T
-        middle = motion.up @ (places.sum(0) / places.shape[0])[:, None]
+        middle = xp.sum(above, axis=1)[:, None] / places.shape[0]
         hub = motion.position[:, 2:3] + above + params["level"] * (middle - above)
         # the small height keeps drives without a disc finite on the ground
         height = xp.clip(hub - params["ground_level"], 1e-6, None)
