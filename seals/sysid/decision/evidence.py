@@ -320,7 +320,7 @@ def _quiet(
     unseen = [n for _, n in asked if policy.absent < names[n] < policy.excitation]
     # most of what needs motion was seen: the few that were not are told beside the verdict
     still = bool(blind) or len(unseen) >= policy.unseen * len(asked) > 0.0
-    blind = [*blind, *unseen]
+    blind = list(dict.fromkeys((*blind, *unseen)))
     reasons = [f"this log could not show {', '.join(blind)}"] if still else []
     if open_answer.channels.outside and not search.best.candidates:
         worst = open_answer.channels.outside[0]
