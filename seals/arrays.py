@@ -89,6 +89,39 @@ def undecided() -> Iterator[None]:
         _DECIDING.pop()
 
 
+_DOUBTS: list[list[Any]] = []
+
+
+@contextlib.contextmanager
+def doubting() -> Iterator[list[Any]]:
+    """Yield a list of conditions under which what the laws called inside return is not to be used.
+
+    They may then answer for usual cases alone, and say by `doubt` where one is none.
+
+    Example:
+        >>> with doubting() as doubts:
+        ...     doubt(np.array([3.0]) > 2.0)
+        >>> doubts, is_doubting()
+        ([array([ True])], False)
+    """
+    _DOUBTS.append([])
+    try:
+        yield _DOUBTS[-1]
+    finally:
+        _DOUBTS.pop()
+
+
+def doubt(condition: Any) -> None:
+    """Note a condition where anybody collects them, see `doubting`."""
+    if _DOUBTS:
+        _DOUBTS[-1].append(condition)
+
+
+def is_doubting() -> bool:
+    """Return whether laws may answer for usual cases alone, see `doubting`."""
+    return bool(_DOUBTS)
+
+
 def unasked(array: Array) -> bool:
     """Return whether an array is traced, so that its values are unknown.
 

@@ -6,6 +6,8 @@ Quaternions are ordered x, y, z, w (``q_WB_xyzw``); ``R_WB`` turns body vectors 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -85,6 +87,28 @@ def unrotate(rotation: Array, vector: Array) -> Array:
         + rotation[:, 1, :] * vector[:, 1:2]
         + rotation[:, 2, :] * vector[:, 2:3]
     )
+
+
+def carried(x: Any, y: Any, z: Any, w: Any, arm: Sequence[float]) -> tuple[Any, Any, Any]:
+    """Rotate one vector by a unit quaternion; equal bits for numbers and for columns of many.
+
+    Args:
+        x: part of the quaternion, a number or an array, as all others.
+        y: likewise.
+        z: likewise.
+        w: likewise.
+        arm: the vector.
+
+    Returns:
+        Its three parts.
+
+    Example:
+        >>> carried(0.0, 0.0, 1.0, 0.0, (1.0, 2.0, 3.0))
+        (-1.0, -2.0, 3.0)
+    """
+    a, b, c = arm
+    p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
+    return a + w * p + (y * r - z * q), b + w * q + (z * p - x * r), c + w * r + (x * q - y * p)
 
 
 _LEVI_CIVITA = np.zeros((3, 9))

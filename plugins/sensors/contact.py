@@ -74,6 +74,14 @@ class SensorContact(MountedSensor):
         """Return impulse and time since the last reading, both zero."""
         return 0.0, 0.0
 
+    def taken(self, felt: SensorInput, memory: Any, noise: Floats) -> tuple[dict[str, Floats], Any]:
+        """Return readings without contact; the first one has what was left from before."""
+        found = {name: np.zeros((len(noise), 1)) for name in self.channels()}
+        first = self._reading(memory[0] / (memory[1] + felt.step), noise.item(0))
+        for name, values in first.items():
+            found[name][0] = values
+        return found, (0.0, 0.0)
+
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool
     ) -> tuple[dict[str, Floats] | None, Any]:
@@ -82,9 +90,11 @@ class SensorContact(MountedSensor):
         if not due:
             return None, (impulse, span)
         force = impulse / span if span > 0.0 else felt.pressing
-        noise = self.noise * float(rng.standard_normal())
+        return self._reading(force, float(rng.standard_normal())), (0.0, 0.0)
+
+    def _reading(self, force: float, noise: float) -> dict[str, Floats]:
+        """Reading of a mean force [N] with a draw of noise."""
         touches = force >= self.threshold
-        read = min(max(force * (1.0 + self.gain_error) + noise, 0.0), self.largest)
+        read = min(max(force * (1.0 + self.gain_error) + self.noise * noise, 0.0), self.largest)
         pressing = read if touches and math.isfinite(read) else 0.0
-        reading = {"contact": np.array([float(touches)]), "pressing": np.array([pressing])}
-        return reading, (0.0, 0.0)
+        return {"contact": np.array([float(touches)]), "pressing": np.array([pressing])}

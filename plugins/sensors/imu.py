@@ -136,10 +136,26 @@ class SensorImu(MountedSensor):
 
     def passed(self, memory: Any, noise: Floats) -> Any:
         """Return the memory after readings: the bias walks."""
+        return _Memory(self._walked(memory.bias, noise)[-1], memory.filtered)
+
+    def _walked(self, bias: Floats, noise: Floats) -> Floats:
+        """Biases of readings, shape (N, 2, 3), from that before them."""
         walk = self._drift * noise.reshape(-1, 2, 2, 3)[:, 0]
-        walk[0] += memory.bias
+        walk[0] += bias
         # one after the other, as `sense` adds them
-        return _Memory(np.add.accumulate(walk, axis=0)[-1], memory.filtered)
+        found: Floats = np.add.accumulate(walk, axis=0)
+        return found
+
+    def taken(self, felt: SensorInput, memory: Any, noise: Floats) -> tuple[dict[str, Floats], Any]:
+        """Return readings, a row each, and the memory after them."""
+        if self._mount.plain and felt.axis_misalignment is None:
+            true = np.stack((felt.specific_force, felt.angular_velocity), axis=1)
+        else:
+            true = np.array([self.ideal(felt.row(k)) for k in range(len(noise))])
+        bias = self._walked(memory.bias, noise)
+        reading = self._reading(bias, true, noise.reshape(-1, 2, 2, 3)[:, 1])
+        found = {"specific_force": reading[:, 0], "angular_velocity": reading[:, 1]}
+        return found, _Memory(bias[-1], memory.filtered)
 
     def ideal(self, felt: SensorInput) -> Floats:
         """Specific force and angular velocity at the mounting point, sensor axes, shape (2, 3)."""
@@ -162,7 +178,14 @@ class SensorImu(MountedSensor):
         true = self.ideal(felt) if true is None else true
         noise = rng.standard_normal((2, 2, 3))
         bias = bias + self._drift * noise[0]
-        reading = self._sigma * noise[1]
+        reading = self._reading(bias, true, noise[1])
+        return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
+            bias, filtered
+        )
+
+    def _reading(self, bias: Floats, true: Floats, noise: Floats) -> Floats:
+        """Readings of true values within range, in whole steps; shapes (2, 3) or (N, 2, 3)."""
+        reading: Floats = self._sigma * noise
         reading += bias
         reading += true
         np.maximum(reading, self._lowest, out=reading)
@@ -171,9 +194,7 @@ class SensorImu(MountedSensor):
             whole = np.rint(reading / self._grid)
             whole *= self._grid
             reading = whole if self._coarse == 2 else np.where(self._step > 0.0, whole, reading)
-        return {"specific_force": reading[0], "angular_velocity": reading[1]}, _Memory(
-            bias, filtered
-        )
+        return reading
 
 
 def _rows(accelerometer: float, gyroscope: float) -> Floats:

@@ -21,6 +21,7 @@ from seals.effects.rows import rows_of
 from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
+from seals.environment.wetting import Wetting
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
 from seals.multibody.rows import take
@@ -50,6 +51,7 @@ class BatchDynamics:
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured
             values.
         fused: compile explicit steps with PyTorch, see `seals.tensor_compiler`.
+        wetting: finds the wetted parts of the hulls; None for `tables_of`.
 
     Assumptions:
         No contacts. Effects' memory and inputs are held over a step.
@@ -73,12 +75,13 @@ class BatchDynamics:
         like: Array | None = None,
         values: Mapping[str, Any] | None = None,
         fused: bool = False,
+        wetting: Wetting | None = None,
     ) -> None:
         like = np.zeros(1) if like is None else like
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)
         bodies = robot.bodies(like, batch)
-        wetting = tables_of(robot, environment)
+        wetting = wetting or tables_of(robot, environment)
         surroundings = build_surroundings(
             robot, environment, waves, wetting, like=like, batch=batch
         )

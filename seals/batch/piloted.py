@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -20,6 +20,7 @@ from seals.control.protocols import Buoyancy, ControllerOptions
 from seals.effects.binding import EffectSet
 from seals.environment.sample import Sample
 from seals.environment.settings import EnvironmentSettings
+from seals.environment.wetting import Wetting
 from seals.motion import Inputs
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
@@ -137,6 +138,7 @@ class PilotedTwin:
         step: of the integrator [s].
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the settings.
         fused: let PyTorch's compiler join the arithmetic, see `seals.tensor_compiler`.
+        wetting: makes what finds the wetted parts of the hulls; None for `tables_of`.
 
     Attributes:
         every: steps between two calls of the controller.
@@ -157,6 +159,7 @@ class PilotedTwin:
         step: float,
         values: Mapping[str, Any] | None = None,
         fused: bool = False,
+        wetting: Callable[[RobotModel], Wetting] | None = None,
     ) -> None:
         self.plant = plant = build_plant(robot, effects, settings.environment)
         self.whole, held = hold(robot, effects, joints)
@@ -169,6 +172,7 @@ class PilotedTwin:
             like=like,
             values=values,
             fused=fused,
+            wetting=None if wetting is None else wetting(self.whole),
         )
         self.fused = fused
         self._compiled = compile_law(self._order) if fused else None

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like, column_of, columns, namespace, unasked
+from seals.arrays import Array, as_like, column_of, columns, deciding, namespace, unasked
 from seals.batch.state import Posture, Rates, TwinState
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.settings import EnvironmentSettings
@@ -154,7 +154,12 @@ FULL = [(i, j) for i in range(6) for j in range(i + 1)]
 
 
 def pattern(matrix: Array) -> list[tuple[int, int]]:
-    """Return the diagonal and all other nonzero entries of the lower triangle in the batch."""
+    """Return the diagonal and all other nonzero entries of the lower triangle in the batch.
+
+    All of them where a law is followed (`seals.arrays.undecided`).
+    """
+    if not deciding():
+        return FULL
     xp = namespace(matrix)
     table = np.asarray(xp.any(matrix != 0.0, axis=0).tolist(), dtype=bool)
     return [(i, j) for i in range(6) for j in range(i + 1) if i == j or table[i, j]]

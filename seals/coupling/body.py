@@ -23,7 +23,7 @@ from seals.coupling.locked import base_inertia, locked_kick
 from seals.coupling.predicted import PredictedForces
 from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
-from seals.frames import cross, exponential, matrix_of, multiply
+from seals.frames import carried, cross, exponential, matrix_of, multiply
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
 from seals.multibody.linear import solved
@@ -71,6 +71,7 @@ class CoupledBody(BodyOptions):
         self._speed = HalfStep(np.zeros(robot.degrees))
         self._joints = np.zeros(joints)
         self.reference = engine.reference
+        self._reference = np.asarray(engine.reference, dtype=float).tolist()
         self._centred = not np.any(engine.reference)
         self._follow: Follow | None = None
         self._alone: bool | None = None
@@ -99,10 +100,30 @@ class CoupledBody(BodyOptions):
         now, joints = self._speed.now, self._joints
         if self._base == 0:
             return Configuration(position, quaternion, np.zeros(3), np.zeros(3), joints, now)
-        turn = matrix_of(quaternion[None])[0]
-        return Configuration(
-            position, quaternion, self._at_origin(now, turn)[:3], now[3:6], joints, now[6:]
-        )
+        velocity = np.array(self._origin_velocity(quaternion.tolist(), now[:6].tolist()))
+        return Configuration(position, quaternion, velocity, now[3:6], joints, now[6:])
+
+    def read_rows(self, written: Sequence[Floats], joints: Floats, now: Floats) -> Configuration:
+        """Return what `read` returned after steps by `write_step`, one row each.
+
+        Args:
+            written: what the engine's ``put`` would have taken, of `leapt`.
+            joints: of `leapt`, shape (N, J).
+            now: velocity of `leapt`, shape (N, n).
+        """
+        engine: Any = self.engine
+        position, quaternion = engine.base_poses(*written)
+        if self._base == 0:
+            still = np.zeros_like(position)
+            return Configuration(position, quaternion, still, still, joints, now)
+        velocity = np.stack(self._origin_velocity(quaternion.T, now[:, :6].T), axis=1)
+        return Configuration(position, quaternion, velocity, now[:, 3:6], joints, now[:, 6:])
+
+    def _origin_velocity(self, quaternion: Any, native: Any) -> tuple[Any, Any, Any]:
+        """Velocity of the base origin, of numbers or of columns: equal bits."""
+        u, v, w, a, b, c = native
+        x, y, z = carried(*quaternion, self._reference)
+        return u - (b * z - c * y), v - (c * x - a * z), w - (a * y - b * x)
 
     def poses(self) -> LinkPoses:
         """Return the poses of all links and the generalised velocity."""

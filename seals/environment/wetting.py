@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, deciding, fixed, namespace
+from seals.arrays import Array, Floats, as_like, deciding, doubt, fixed, namespace
 from seals.hydrostatics import Hull, HullTable
 from seals.hydrostatics.alike import HullsAlike
 from seals.hydrostatics.table import centred
@@ -92,6 +92,35 @@ class WettingExact:
             part = self.hulls[k].wetted(normal[k], float(level[k, 0]))
             volume[k, 0], centre[k], area[k, 0], area_centre[k] = part
         return Wet(volume, centre, area, area_centre)
+
+
+class WettingWhole:
+    """Hulls that are under water or above it as a whole, on any array library, for one robot.
+
+    Args:
+        hulls: one hull per link.
+    """
+
+    def __init__(self, hulls: Sequence[Hull]) -> None:
+        # as `WettingTable` has them
+        self._tables = [HullTable.build(hull) for hull in hulls]
+        self._reach = np.array([[float(hull.reach)] for hull in hulls])
+
+    def wet(self, normal: Array, level: Array) -> Wet:
+        """Return the submerged part of every hull: all of it, or nothing.
+
+        A hull near the surface is a `seals.arrays.doubt`.
+        """
+        xp = namespace(level)
+        whole = [deep(table, np.float64) for table in self._tables]
+        reach = fixed(self._reach, level)
+        under = xp.astype(level >= reach, level.dtype)
+        doubt(xp.any(xp.abs(level) < reach))
+        volume, centre = (
+            fixed(np.concatenate([np.reshape(x, (1, -1)) for x in column]), level) * under
+            for column in zip(*whole, strict=True)
+        )
+        return Wet(volume, centre, None, None)
 
 
 class WettingTable:

@@ -16,7 +16,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from seals.backend import Storing
 from seals.errors import ConfigError, DiskFull
@@ -46,6 +46,8 @@ class Checkpoints(Recorder):
         folder: of the run.
         every: wall time between two [s]; 0 for none.
     """
+
+    sparse: ClassVar[bool] = True
 
     def __init__(self, folder: Path, every: float) -> None:
         self.folder, self.every = folder / FOLDER, every

@@ -15,6 +15,7 @@ from seals.control.protocols import Goal
 from seals.run.recorder import Moment, Recorder, Rows, refill
 from seals.state_records import fits
 from seals.world.actor import Actor
+from seals.world.history import History
 from seals.world.pilot import Pilot
 
 
@@ -56,9 +57,13 @@ class Aims(_TableRecorder):
 
     def record(self, moment: Moment) -> None:
         """Record the reference in force from the preceding row to the present one."""
-        row = moment.row
+        row, past = moment.row, moment.history
         self._rows.count = row + 1
         aim = None if self._pilot is None else self._pilot.aim
+        if past is not None and past.aim is not None and self._pilot is not None:
+            rows = self._rows.values[moment.first - 1 : row - 1]
+            rows[:] = self._values(past.aim)
+            rows[:, :3] = past.velocities()
         if aim is not None:
             self._rows.values[max(row - 1, 0) : row + 1] = self._values(aim)
 
@@ -110,11 +115,21 @@ class Commands(_TableRecorder):
         if not self._rows.names or row == 0:
             return
         command, joints = self._actor.command, self._actor.joint_command
+        if moment.history is not None:
+            self._record_past(moment.first, moment.history)
         rows = slice(row - 1, row + 1)
         if command is not None:
             self._rows.values[rows, : self._drives] = command[0]
         if joints is not None:
             self._rows.values[rows, self._drives :] = joints[0]
+
+    def _record_past(self, first: int, past: History) -> None:
+        """Record the commands of steps that were made at once, from a row on."""
+        rows, commands = self._rows.values[first - 1 : first - 1 + len(past.times)], past.commands()
+        if commands is not None:
+            rows[:, : self._drives] = commands
+        if past.joint_command is not None:
+            rows[:, self._drives :] = past.joint_command[0]
 
 
 GAP = 0.1
@@ -180,7 +195,9 @@ class Stages(Recorder):
         """Record the present stage."""
         stage = "" if self._pilot is None else self._pilot.stage
         if stage and (not self.starts or self.starts[-1][1] != stage):
-            self.starts.append((moment.world.time, stage))
+            # the guide was asked for the first of steps that were made at once
+            past = moment.history
+            self.starts.append((moment.world.time if past is None else past.times[0], stage))
 
     def snapshot(self) -> list[tuple[float, str]]:
         """Return the stages so far."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.world import World
+from seals.world.history import History
 
 
 class Moment(NamedTuple):
@@ -20,12 +21,19 @@ class Moment(NamedTuple):
         row: of the log that belongs to it, 0 at the start.
         before: time of the row before [s]; that of the start in row 0.
         snapshot: returns the rows of all recorders so far, for a checkpoint.
+        history: of steps that were made at once, whose rows stand before this one; None for none.
     """
 
     world: World
     row: int
     before: float
     snapshot: Callable[[], Mapping[str, Any]]
+    history: History | None = None
+
+    @property
+    def first(self) -> int:
+        """Row of the first step since the last call: this one, without a history."""
+        return self.row - (0 if self.history is None else len(self.history.times))
 
 
 class Recorder(Protocol):
@@ -34,7 +42,13 @@ class Recorder(Protocol):
     A run calls ``restore`` when it resumes from a checkpoint, ``start`` before the first step,
     ``record`` after every step and ``close`` after the last one, however the run ended. Recorders
     of the log also record the start. A subclass needs ``record`` alone.
+
+    Attributes:
+        sparse: whether it may be called after several steps, the last one of them alone; else the
+            run makes one step at a time.
     """
+
+    sparse: ClassVar[bool] = False
 
     def start(self, world: World, folder: Path | None) -> None:
         """Prepare for the steps to come.

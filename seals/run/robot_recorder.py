@@ -14,6 +14,7 @@ from seals.logs.channels import column_names
 from seals.robot.whole_body import place_on_base
 from seals.run.recorder import Moment, Recorder, refill
 from seals.world.actor import Actor
+from seals.world.history import History
 
 BATTERY = ("battery_voltage", "battery_current", "battery_charge")
 """Channels of a battery [V, A, 1]."""
@@ -52,6 +53,8 @@ class RobotRecorder(Recorder):
     def record(self, moment: Moment) -> None:
         """Record the present state and the readings that were due."""
         row = moment.row
+        if moment.history is not None:
+            self._record_past(moment.first, moment.history)
         self._time[row] = moment.world.time
         # one flat write: position, quaternion, velocity, spin, joints, rates
         self._state[row] = np.concatenate(self.actor.body.read())
@@ -62,6 +65,19 @@ class RobotRecorder(Recorder):
                 for channel, values in reading.items():
                     self._read[sensor, channel][row] = values
         self.rows = row + 1
+
+    def _record_past(self, first: int, past: History) -> None:
+        """Record steps that were made at once, from a row on."""
+        rows = slice(first, first + len(past.times))
+        self._time[rows] = past.times
+        self._state[rows] = np.concatenate(past.states(), axis=1)
+        if self.actor.battery:
+            self._battery[rows] = self.actor.battery_states(past)
+        for taken, readings in past.readings:
+            part = first + taken if isinstance(taken, int) else rows
+            for sensor, reading in readings.items():
+                for channel, values in (reading or {}).items():
+                    self._read[sensor, channel][part] = values
 
     def snapshot(self) -> dict[str, Any]:
         """Return the rows so far."""

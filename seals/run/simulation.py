@@ -31,6 +31,8 @@ from seals.world import Ledger, World
 
 MOST_STEPS = 20_000_000
 """Longest run in steps: beyond it a log no longer fits into an ordinary memory."""
+MANY = 1000
+"""Steps that a run makes at once at most: it looks at the clock and at interruptions after them."""
 
 
 class Ending(enum.Enum):
@@ -135,9 +137,12 @@ class _Books(NamedTuple):
 
     def record(self, world: World) -> Moment:
         """Record the present row."""
+        past = world.actors[ROBOT].history
+        before = float(self.recorder.time[-1]) if self.recorder.rows else world.time
         row = self.recorder.rows
-        before = float(self.recorder.time[-1]) if row else world.time
-        moment = Moment(world, row, before, self.snapshot)
+        if past is not None:
+            row, before = row + len(past.times), past.times[-1]
+        moment = Moment(world, row, before, self.snapshot, past)
         for book in self:
             book.record(moment)
         return moment
@@ -216,9 +221,11 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
     start = time.perf_counter()
     ending, error = _until_over(run)
     seconds = time.perf_counter() - start
-    if ending is Ending.interrupted:
+    if ending is not Ending.done:
+        # a step that failed has its row in the ledger; steps made at once have more
+        rows = recorder.rows - (ending is Ending.interrupted)
         for ledger in (actor.ledger, *objects.ledgers.values()):
-            ledger.rewind(recorder.rows - 1)
+            ledger.rewind(rows)
     for book in (*books, *run.recorders):
         book.close()
     log = _log(settings, actor.robot, books)
@@ -240,10 +247,12 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
 def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
     world, books, steps, label, recorders, kept = run
+    most = MANY if all(recorder.sparse for recorder in recorders) else 1
     try:
         with progress(label, steps, books.fluid.note) as tell:
-            for done in range(books.recorder.rows, steps + 1):
-                world.step()
+            done = books.recorder.rows - 1
+            while done < steps:
+                done += world.stride(min(steps - done, most))
                 moment = books.record(world)
                 tell(done)
                 if books.stages.outcome is not None:

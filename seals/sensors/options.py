@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from seals.arrays import Floats
+
+if TYPE_CHECKING:
+    from seals.sensors.protocol import SensorInput
 
 
 class SensorOptions:
@@ -57,6 +60,18 @@ class SensorOptions:
         Nothing touched in these steps, and nothing is late or lost.
 
         Args:
+            memory: before.
+            noise: what the readings would have drawn, shape (N, `draws`).
+        """
+        raise NotImplementedError
+
+    def taken(self, felt: SensorInput, memory: Any, noise: Floats) -> tuple[dict[str, Floats], Any]:
+        """Return the same readings, a row each, and the memory after them.
+
+        Needed where `draws` tells a number.
+
+        Args:
+            felt: motion of the sensor's link at their instants, arrays of a row each.
             memory: before.
             noise: what the readings would have drawn, shape (N, `draws`).
         """

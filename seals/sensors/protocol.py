@@ -63,6 +63,12 @@ class SensorInput(NamedTuple):
     camera: CameraView | None = None
     turning: Floats | None = None
 
+    def row(self, k: int) -> SensorInput:
+        """Return one of many instants, of arrays with a row each; contacts are those of all."""
+        names = ("time", "position", "rotation", "velocity", "angular_velocity", "specific_force")
+        own = {name: getattr(self, name)[k] for name in (*names, "angular_acceleration")}
+        return self._replace(**own, turning=None if self.turning is None else self.turning[k])
+
 
 @runtime_checkable
 class Sensor(Protocol):

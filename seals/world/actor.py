@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from typing import Any, TypeAlias, cast
 
@@ -43,6 +43,7 @@ from seals.world.compiled_links import Look
 from seals.world.compiled_weights import CompiledWeights
 from seals.world.drivetrain import Drivetrain
 from seals.world.felt import Tracker
+from seals.world.history import Given, History
 from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.looped_command import LoopedCommand
@@ -85,6 +86,7 @@ class Actor:
         voltage: of the battery [V], shape (1, 1); None when not known.
         sensor_suite: its sensors, their memory and readings.
         compiled: its laws as machine code, or None.
+        history: of the last call of `load`, the steps before the last one; None for one step.
         pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
@@ -189,7 +191,7 @@ class Actor:
         self._look: Look | None = None
         self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
-        self._passed: list[Look] = []
+        self.history: History | None = None
 
     def load(self, time: float, step: float, alone: tuple[int, int] | None = None) -> int:
         """Evaluate the effects into the ledger, and pass the sum to the backend.
@@ -203,7 +205,7 @@ class Actor:
         Returns:
             How many steps were made, the backend's among them; 0 where it has yet to advance.
         """
-        self._time, self._step = time, step
+        self._time, self._step, self.history = time, step, None
         if self.compiled is not None:
             try:
                 return self._load_compiled(self.compiled, time, step, alone)
@@ -321,10 +323,15 @@ class Actor:
                 command = self._commanded(laws, ready, pilot, step)
                 most = most if command is not None else 1 + pilot.free
         stretch = laws.stretch(ready, command)
+        every = MANY if command is None or pilot is None else pilot.every
+        aim = None if pilot is None else pilot.aim
+        # the first step is never commanded in the loop
+        given = Given(self.command, self.joint_command, aim, every - calls % every)
         made = None if stretch is None else stretch.run(first, most, calls, self.ledger)
         if made is None:
             return None
-        steps, self.memory, self._speeds, self._supply, *commands, self._passed = made
+        steps, self.memory, self._speeds, self._supply, *commands, passed = made
+        self.history = None if passed is None else History(passed, given)
         self.drive, voltage, held, asked = commands
         self._driven = self.drive
         if self.battery is not None:
@@ -333,7 +340,7 @@ class Actor:
         train.passed(self._time, held)
         if pilot is not None and steps > 1:
             pilot.wait(steps - 1)
-            if command is not None and (calls + steps - 1) // pilot.every > calls // pilot.every:
+            if command is not None and steps > given.until:
                 order, numbers, velocity = command.found()
                 targets = pilot.obeyed(command.law, order, numbers, velocity)
                 self.command, self.joint_command = order[None], targets[None]
@@ -434,6 +441,18 @@ class Actor:
             f"robot '{self.robot.name}' has no battery.\nAdd one: +effect@effects.battery=battery"
         )
 
+    def battery_states(self, past: History) -> list[tuple[float, float, float]]:
+        """Return what `battery_state` returned after each of some steps made at once."""
+        battery = self.effects.batteries[0]
+        rows = past.memory(battery.name)
+        if rows is None:
+            return [self.battery_state()] * len(past.times)
+        found = []
+        for row in rows:
+            parts = battery.hooks.state(row, battery.params)
+            found.append(tuple(float(x[0, 0]) for x in parts))
+        return found  # type: ignore[return-value]
+
     def _inputs(self, time: float, step: float, joints: Floats) -> Inputs:
         """Return the inputs of the effects after delays and lags."""
         train, share = self.drivetrain, 1.0
@@ -467,14 +486,22 @@ class Actor:
             self._look = self.compiled.links.look(self._time, self._tracker.last, step)
         return self._look
 
-    def sense(self, time: float, step: float, rng: np.random.Generator) -> None:
-        """Sample the sensors that are due, and pass arriving readings to the controller."""
+    def sense(
+        self, time: float, step: float, rng: np.random.Generator, *, keep: bool = False
+    ) -> None:
+        """Sample the sensors that are due, and pass arriving readings to the controller.
+
+        Args:
+            time: [s].
+            step: h [s].
+            rng: random state.
+            keep: whether the readings of steps made at once are kept in ``history``.
+        """
         if not self.sensors:
             self._time = time
             return
-        passed, self._passed = self._passed, []
-        if passed:
-            self._caught_up(passed, step, rng)
+        if self.history is not None:
+            self._caught_up(self.history, step, rng, keep=keep)
         self._time = time
         if self.compiled is None:
             kinematics, moving = self.look()
@@ -487,14 +514,22 @@ class Actor:
             self._tracker.note(look)
         self._sensed(now, rng)
 
-    def _caught_up(self, passed: Sequence[Look], step: float, rng: np.random.Generator) -> None:
+    def _caught_up(
+        self, history: History, step: float, rng: np.random.Generator, *, keep: bool
+    ) -> None:
         """Sample the sensors at the ends of steps that were made at once."""
-        pilot, suite = self.pilot, self.sensor_suite
-        # only the last of the readings is looked at, unless they tell where the robot is
-        if (pilot is None or pilot.sense == TRUTH) and suite.skip([x.time for x in passed], rng):
-            return
-        for look in passed:
+        pilot, suite, times = self.pilot, self.sensor_suite, history.times
+        # only the last of the readings is told the pilot, unless they tell where the robot is
+        if pilot is None or pilot.sense == TRUTH:
+            links = history.passed.links if keep else None
+            found = suite.catch_up(times, rng, step, links)
+            if found is not None:
+                history.readings = [(slice(0, len(times)), found)]
+                return
+        for k, look in enumerate(history.passed.looks()):
             self._sensed(Instant(look.time, step, look.seen, look.felt), rng)
+            if keep:
+                history.readings.append((k, self.readings))
 
     def _sensed(self, now: Instant, rng: np.random.Generator) -> None:
         """Sample the sensors that are due at an instant, and pass arriving readings on."""

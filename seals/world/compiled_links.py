@@ -49,6 +49,12 @@ class Layout:
         found: Floats = np.ndarray(shape, _FLOAT, block, place)
         return found
 
+    def rows(self, blocks: Floats, name: str) -> Floats:
+        """Return an array in blocks of many instants, a row each, shape (N, ...)."""
+        shape, start, size = self._places[name]
+        found: Floats = blocks[:, start : start + size].reshape(len(blocks), *shape)
+        return found
+
     def traced(self, block: Array, name: str) -> Array:
         """Return an array in a block on any array library."""
         shape, start, size = self._places[name]

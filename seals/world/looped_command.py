@@ -173,6 +173,18 @@ class LoopedCommand:
         for view, place in zip(train.views[1], (given.held, given.drive), strict=True):
             program.copy(place, program.out(train, view.start), view.size)
 
+    @property
+    def led(self) -> bool:
+        """Whether the aim leads to a place."""
+        return self._aim is not None
+
+    def record(self, program: Program, tapes: tuple[int, int]) -> None:
+        """Copy the last order, and the velocity of a place led to, to the rows of two tapes."""
+        order = self._kernel.views[1][self.law.order]
+        program.record(tapes[0], (program.out(self._kernel, order.start), order.size))
+        if self._aim is not None:
+            program.record(tapes[1], (program.out(self._aim), 3))
+
     def accept(self, program: Program) -> None:
         """Copy what `found` returns, of a step that is not refused."""
         program.copy(program.memory(self._out), program.out(self._kernel), self._out.size)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -106,6 +106,8 @@ class SensorSuite:
         every = len(plain) == len(self.sensors)
         self._skipped = {n: (rates[n], d) for n, d in plain.items()} if every else {}
         self._drawn = sum(plain.values())
+        own = (getattr(type(s), "taken", None) for s in self.sensors.values())
+        self._told = all(taken not in (None, SensorOptions.taken) for taken in own)
         self._forget()
 
     def meet(
@@ -159,32 +161,67 @@ class SensorSuite:
         wait = (min(self._next[name] for name in self._prompt) - INSTANT - time) / step - 1e-6
         return max(1, math.ceil(min(wait, MANY)))
 
-    def skip(self, times: Sequence[float], rng: np.random.Generator) -> bool:
-        """Take readings that nobody looks at; return false, and nothing is done, if that cannot be.
+    def catch_up(
+        self,
+        times: Sequence[float],
+        rng: np.random.Generator,
+        step: float,
+        links: Callable[[str], Floats] | None,
+    ) -> Mapping[str, Mapping[str, Floats]] | None:
+        """Take readings of steps that lie behind, all at once, by sensor and channel, a row each.
 
-        Nothing touches the robot at these times, and all sensors are to read once more after them.
+        None, and nothing is done, where they have to be taken one by one. Nothing touches the robot
+        at these times, and all sensors are to read once more after them.
 
         Args:
             times: of the readings, one after the other [s].
             rng: random state.
+            step: h [s].
+            links: gives arrays of `seals.world.compiled_links.Layout`, a row each; None where
+                nobody looks at the readings: they are empty.
         """
-        if not self._skipped:
-            return False
+        if not self._skipped or not (links is None or self._told):
+            return None
         following = {}
         for name, (period, _) in self._skipped.items():
             after = self._next[name]
             for time in times:
                 if time < after - INSTANT:
-                    return False
+                    return None
                 after += period
             following[name] = after
         self._next.update(following)
         noise, first = rng.standard_normal((len(times), self._drawn)), 0
+        found: dict[str, Mapping[str, Floats]] = {}
         for name, (_, draws) in self._skipped.items():
-            own = noise[:, first : first + draws]
-            self._memory[name] = self.sensors[name].passed(self._memory[name], own)  # type: ignore[attr-defined]
+            own, sensor = noise[:, first : first + draws], cast("SensorOptions", self.sensors[name])
+            if links is None:
+                self._memory[name] = sensor.passed(self._memory[name], own)
+            else:
+                felt = self._felt_rows(name, times, step, links)
+                found[name], self._memory[name] = sensor.taken(felt, self._memory[name], own)
             first += draws
-        return True
+        return found
+
+    def _felt_rows(
+        self, name: str, times: Sequence[float], step: float, links: Callable[[str], Floats]
+    ) -> SensorInput:
+        """Motion of one link at many instants, a row each; nothing touches it."""
+        link = self._carriers[name]
+        twists = links("twists")[:, 0, link]
+        force, rate, turning = (links(x)[:, link] for x in ("force", "rate", "turning"))
+        return SensorInput(
+            np.array(times),  # type: ignore[arg-type]
+            step,
+            links("origins")[:, 0, link],
+            links("rotations")[:, 0, link],
+            *(twists[:, :3], twists[:, 3:], force, rate),
+            others=self.others,
+            around=self.around,
+            board=self.board,
+            axis_misalignment=self._askew[name],
+            turning=turning,
+        )
 
     def take(self, now: Instant, rng: np.random.Generator) -> None:
         """Take the readings that are due."""

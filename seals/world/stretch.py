@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.backend import CompiledBody
+from seals.backend import CompiledBody, Configuration
 from seals.state_records import state_record
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
@@ -125,7 +125,7 @@ class Made(NamedTuple):
         voltage: of the battery in it [V]; None for none.
         held: joint positions that the servos held in it; None for none.
         asked: what the drives were asked in it, shape (1, n); None for none.
-        passed: the links at the ends of the steps before the last one.
+        passed: the steps before the last one; None where there was one alone.
     """
 
     steps: int
@@ -136,7 +136,59 @@ class Made(NamedTuple):
     voltage: Floats | None
     held: Floats | None
     asked: Floats | None
-    passed: list[Look]
+    passed: Passed | None
+
+
+class Passed(NamedTuple):
+    """Steps that were made at once, a row each.
+
+    Args:
+        stretch: that made them.
+        times: at their ends [s].
+        leaps: results of the law of the motion, shape (N, numbers).
+        laws: memory, speeds and supply, of the results of the laws, shape (N, numbers).
+        orders: what the loop commanded the drives, shape (N, n); None where it did not.
+        velocities: of the place that it led to, shape (N, 3); None likewise.
+    """
+
+    stretch: Stretch
+    times: list[float]
+    leaps: Floats
+    laws: Floats
+    orders: Floats | None
+    velocities: Floats | None
+
+    def looks(self) -> list[Look]:
+        """Return the links at the ends of the steps."""
+        tree, layout = self.stretch.tree, self.stretch.layout
+        # of their own memory: the next stretch writes to the same place
+        rows = zip(self.times, self._leapt(0).copy(), strict=True)
+        return [Look(tree, time, block, layout, "none", True) for time, block in rows]
+
+    def links(self, name: str) -> Floats:
+        """Return an array of `seals.world.compiled_links.Layout`, a row for each step."""
+        return self.stretch.layout.rows(self._leapt(0), name)
+
+    def states(self) -> Configuration:
+        """Return what the body read after each step."""
+        body: Any = self.stretch.body
+        base, turn, joints, now = (self._leapt(k) for k in range(1, 5))
+        return body.read_rows((base, turn), joints, now)  # type: ignore[no-any-return]
+
+    def memory(self, name: str) -> Floats | None:
+        """Return the memory of an effect after each step; None where it stays as it was."""
+        view = self.stretch.remembered.get(name)
+        return None if view is None else _rows(self.laws, view, self.stretch.first)
+
+    def _leapt(self, result: int) -> Floats:
+        return _rows(self.leaps, self.stretch.leapt[result], 0)
+
+
+def _rows(table: Floats, view: View, first: int) -> Floats:
+    """Return an array of results, a row for each step; ``first``: numbers before the table's."""
+    start = view.start - first
+    found: Floats = table[:, start : start + view.size].reshape(len(table), *view.shape)
+    return found
 
 
 class Views(Mapping[str, Floats]):
@@ -211,13 +263,19 @@ class Stretch:
         self._names = list(ready.memory)
         self._goal = self._commands[3] and parts.drivetrain.goal is not None
         self._after = _Law.of(self._between(ready, goal=self._goal))
-        self._seen = np.zeros((MOST, leap.views[1][0].size))
-        self._address = self._seen.ctypes.data
-        self._loop = self._written()
+        self.tree, self.layout = parts.body.robot.tree, parts.links.layout
+        self.body, self.leapt = parts.body, leap.views[1]
         results = form.kernel.views[1]
         # the results of the laws: the row, memory, speeds, battery, drives, those for the body
         last = 1 + len(form.remembered)
-        kept = dict(zip(form.remembered, results[1:last], strict=True))
+        self.remembered = dict(zip(form.remembered, results[1:last], strict=True))
+        self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
+        asked = 0 if command is None else command.law.kernel.views[1][command.law.order].size
+        widths = (leap.memory[1].size, self._beyond - self.first, asked, 3)
+        self._tapes = [np.zeros((MOST, width)) for width in widths]
+        self._addresses = [tape.ctypes.data for tape in self._tapes]
+        self._loop = self._written()
+        kept = self.remembered
         self._memories = {name: kept[name] for name in self._names if name in kept}
         self._speeds = dict(zip(form.turning, results[last:], strict=False))
         self._supply = results[last + len(form.turning) :][:2]
@@ -263,28 +321,31 @@ class Stretch:
             calls: of the pilot, the first one's not among them.
             ledger: of the robot.
         """
-        body, layout = self._parts.body, self._parts.links.layout
+        body = self._parts.body
         body.begin_alone()
         most = min(most, MOST)
-        steps = self._loop(first, most, calls, ledger.reserve(most), self._address)
+        steps = self._loop(first, most, calls, ledger.reserve(most), *self._addresses)
         if not steps:
             self._end = None
             return None
-        step, passed = self._key[-1], []
+        step, passed = self._key[-1], None
         times = [(first + k) * step for k in range(steps + 1)]
         ledger.append(times[:-1])
         if steps > 1:
-            # of its own memory: the next stretch writes to the same place
-            rows = zip(times[1:-1], self._seen[: steps - 1].copy(), strict=True)
-            tree = body.robot.tree
-            passed = [Look(tree, time, block, layout, "none", True) for time, block in rows]
+            leaps, laws, orders, velocities = (tape[: steps - 1] for tape in self._tapes)
+            led = self.command is not None and self.command.led
+            passed = Passed(
+                *(self, times[1:-1], leaps, laws),
+                orders if self.command is not None else None,
+                velocities if led else None,
+            )
         found, views = self._leap.out.copy(), self._leap.kernel.views[1]
         end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
         self._end = end
         body.end_alone(end, joints, now, middle)
         return self._made(steps, passed)
 
-    def _made(self, steps: int, passed: list[Look]) -> Made:
+    def _made(self, steps: int, passed: Passed | None) -> Made:
         """Return what was made, of copies of the laws' memory in the last step."""
         out, kept = self._loads.out.copy(), len(self._memories) == len(self._names)
         memory: Mapping[str, Floats] = Views(out, self._memories)
@@ -322,7 +383,7 @@ class Stretch:
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
-        program = Program(2)
+        program = Program(len(self._tapes) + 1)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
         if self.command is not None:
@@ -349,8 +410,11 @@ class Stretch:
         leap.accept(program)
         if self.command is not None:
             self.command.accept(program)
-        program.record(0, *loads.result(program, 0))
-        program.record(1, *leap.result(program, 0))
+        program.record(0, loads.result(program, 0))
+        program.record(1, (program.out(leap.kernel), leap.out.size))
+        program.record(2, (program.out(loads.kernel, self.first), self._beyond - self.first))
+        if self.command is not None:
+            self.command.record(program, (3, 4))
         self._write_next(program, len(places), first)
         self._write_between(program)
         return program.compiled()

@@ -128,7 +128,17 @@ class World:
         while steps > 0:
             steps -= self._advance(steps)
 
-    def _advance(self, most: int) -> int:
+    def stride(self, most: int) -> int:
+        """Advance by one step or more, and return by how many.
+
+        Those before the last one are told by `Actor.history` until the next step.
+
+        Args:
+            most: steps, at least one.
+        """
+        return self._advance(most, keep=True)
+
+    def _advance(self, most: int, *, keep: bool = False) -> int:
         """Advance by one step or more; return by how many."""
         made = 0
         if self._alone is None:
@@ -145,7 +155,7 @@ class World:
         # a product, not a running sum: ten thousand steps stay on the grid
         self.time = self._count * self.step_size
         for actor in self.actors.values():
-            actor.sense(self.time, self.step_size, self.rng)
+            actor.sense(self.time, self.step_size, self.rng, keep=keep)
         return made
 
     def _exchange(self, fluid: Fluid) -> None:

@@ -220,7 +220,7 @@ def test_killed_run_shows_no_other_log(elsewhere: Path, monkeypatch: pytest.Monk
     folder = elsewhere / "a"
     assert main([*LINE, f"hydra.run.dir={folder}"]) == 0
     first = read_native(folder)
-    monkeypatch.setattr(World, "step", killed)
+    monkeypatch.setattr(World, "stride", killed)
     again = [*LINE, "initial.position=[0,0,7]", f"hydra.run.dir={folder}"]
     assert in_a_child(lambda: main(again)) == -signal.SIGKILL
     assert not (folder / "log.parquet").exists()

@@ -99,7 +99,7 @@ def test_what_is_ignored_stays_ignored(number: int) -> None:
 
 PLACES = {
     "at the start": (simulation, "build_world"),
-    "in a step": (World, "step"),
+    "in a step": (World, "stride"),
     "in the first file": (atomic, "_sync"),
 }
 
@@ -129,7 +129,7 @@ def _is_interrupted(folder: Path) -> None:
 
 def test_three_signals_quickly(elsewhere: Path, send: Callable[..., None]) -> None:
     """The later ones end the writing, too: the lock tells, where the file has no time to."""
-    send(World, "step", signal.SIGTERM)
+    send(World, "stride", signal.SIGTERM)
     send(application, "write_log", signal.SIGINT)
     send(application, "write_cut", signal.SIGHUP)
     assert main([*LINE, "hydra.run.dir=a"]) == 130
@@ -140,7 +140,7 @@ def test_a_sweep_is_interrupted(
     elsewhere: Path, send: Callable[..., None], capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Its first job keeps what it has, and the words to go on are said."""
-    send(World, "step", signal.SIGHUP)
+    send(World, "stride", signal.SIGHUP)
     assert main([*LINE, "-m", "seed=1,2", "hydra.sweep.dir=s"]) == 130
     assert "--resume" in capsys.readouterr().err
     assert not (elsewhere / "s" / "1").exists()

@@ -15,6 +15,8 @@ from seals.plugins.sensors.imu import SensorImu
 from seals.run import initial_configuration
 from seals.run.assembly import build_world
 from seals.run.build import build_run
+from seals.run.recorder import Moment, Recorder
+from seals.run.simulation import Record, simulate
 from seals.world import World
 from seals.world.scalar_compiler import Program, compiled
 
@@ -113,6 +115,68 @@ def agree(words: tuple[str, ...], steps: int) -> None:
 def test_steps_at_once_are_those_one_by_one(case: str) -> None:
     """Through surface and ground, with late commands, and sensors that tell where the robot is."""
     agree(*CASES[case])
+
+
+RUNS = {
+    "touch": (*HOVER, "+sensor@sensors.touch=contact", "sensors.imu.position=[0.1,0,0]"),
+    "gps": (*HOVER, "+sensor@sensors.gps=gps"),
+    "seldom": (*HOVER, "controller.rate=50", "guide.rate=50"),
+    "told": (*CASES["told"][0], "controller.rate=50", "guide.rate=50"),
+    "ground": CASES["ground"][0],
+    "aam": SLOW["aam crossing"][0],
+}
+ROWS = 60
+"""Steps of a run that is recorded."""
+
+
+def recorded(words: tuple[str, ...]) -> Record:
+    """Run some steps, and return the record."""
+    time = f"time.duration={0.004 * ROWS}"
+    run = build_run(compose([*words, time, "backend=mujoco", "backend.compiled=true"]))
+    found = simulate(run)
+    assert found.error is None
+    return found
+
+
+@pytest.mark.parametrize("case", RUNS)
+def test_a_log_of_steps_at_once(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """States, readings, commands, aims and battery are those of steps one by one, bit for bit."""
+    strides: list[int] = []
+    stride = World.stride
+
+    def counted(world: World, most: int) -> int:
+        strides.append(stride(world, most))
+        return strides[-1]
+
+    monkeypatch.setattr(World, "stride", counted)
+    fast = recorded(RUNS[case])
+    monkeypatch.setattr(World, "stride", lambda world, most: stride(world, 1))
+    slow = recorded(RUNS[case])
+    assert sum(strides) == ROWS
+    assert len(strides) < ROWS
+    np.testing.assert_equal(fast.log.columns, slow.log.columns)
+    np.testing.assert_array_equal(fast.ledger.wrenches, slow.ledger.wrenches)
+    np.testing.assert_array_equal(fast.ledger.time, slow.ledger.time)
+    np.testing.assert_equal(fast.log.meta, slow.log.meta)
+
+
+class EveryStep(Recorder):
+    """Recorder that wants to be called after every step."""
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def record(self, moment: Moment) -> None:
+        """Note the time."""
+        self.times.append(moment.world.time)
+
+
+def test_who_records_every_step_is_called_after_every_step() -> None:
+    """A live view, say: the run makes one step at a time."""
+    run = build_run(compose([*HOVER, "time.duration=0.08", "backend=mujoco"]))
+    recorder = EveryStep()
+    simulate(run, recorders=[recorder])
+    np.testing.assert_allclose(recorder.times, 0.004 * np.arange(1, 21), rtol=1e-12)
 
 
 @pytest.mark.slow
@@ -257,7 +321,7 @@ def test_a_refused_pass_leaves_what_was_kept() -> None:
     program.copy(place, program.out(kernel), 1)
     program.refuse_if(program.out(kernel, 1))
     program.accept()
-    program.record(0, place, 1)
+    program.record(0, (place, 1))
     seen = np.zeros(9)
     assert program.compiled()(0, 9, 0, seen.ctypes.data) == 2
     assert state.tolist() == [4.0]

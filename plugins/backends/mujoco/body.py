@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
-from seals.frames import cross, matrix_of
+from seals.frames import carried, cross, matrix_of
 from seals.plugins.backends.mujoco.contact_law import MujocoContacts
 from seals.plugins.backends.mujoco.library import library
 from seals.plugins.backends.mujoco.scene import Scene
@@ -123,13 +123,23 @@ class MujocoBody:
 
     def _arm(self) -> Floats:
         """Vector from the origin of the base to the engine's reference point, world axes [m]."""
-        self._engine.mju_rotVecQuat(self._out, self.reference, self._turn)
-        return self._out
+        w, x, y, z = self._turn.tolist()
+        return np.array(carried(x, y, z, w, self.reference.tolist()))
 
     def base_pose(self) -> tuple[Floats, Floats]:
         """Return origin and attitude of the base link."""
         w, x, y, z = self._turn
         return self._place - self._arm(), np.array([x, y, z, w])
+
+    def base_poses(self, *written: Floats) -> tuple[Floats, Floats]:
+        """Return the same for rows of what `put` takes."""
+        if not self._free:
+            rows = len(written[0])
+            return tuple(np.repeat(x[None], rows, axis=0) for x in self.base_pose())  # type: ignore[return-value]
+        place, turn = written[0][:, :3], written[0][:, 3:7]
+        w, x, y, z = turn.T
+        arm = np.stack(carried(x, y, z, w, self.reference.tolist()), axis=1)
+        return place - arm, turn[:, [1, 2, 3, 0]]
 
     def native_pose(self) -> tuple[Floats, Floats]:
         """Return the reference point of the base, and its attitude."""

@@ -183,11 +183,14 @@ class Program:
         """End the loop after this pass where a number is not zero."""
         self._branch(self._asked(place, integer=False), "enough")
 
-    def record(self, tape: int, of: Place, count: int) -> None:
-        """Copy numbers into the row of this pass of a tape."""
-        start = self._new(f"mul i64 %k, {count}")
-        row = self._new(f"getelementptr double, ptr %tape{tape}, i64 {start}")
-        self._copy(row, self._at(of), count)
+    def record(self, tape: int, *parts: tuple[Place, int]) -> None:
+        """Copy numbers, side by side, into the row of this pass of a tape."""
+        start = self._new(f"mul i64 %k, {sum(count for _, count in parts)}")
+        row, first = self._new(f"getelementptr double, ptr %tape{tape}, i64 {start}"), 0
+        for of, count in parts:
+            to = self._new(f"getelementptr double, ptr {row}, i64 {first}") if first else row
+            self._copy(to, self._at(of), count)
+            first += count
 
     def _asked(self, place: Place, *, integer: bool) -> str:
         kind, test = ("i32", "icmp ne i32") if integer else ("double", "fcmp une double")
