@@ -89,24 +89,27 @@ def undecided() -> Iterator[None]:
         _DECIDING.pop()
 
 
-_DOUBTS: list[list[Any]] = []
+_DOUBTS: list[tuple[list[Any], int]] = []
 
 
 @contextlib.contextmanager
-def doubting() -> Iterator[list[Any]]:
+def doubting(rounds: int = 6) -> Iterator[list[Any]]:
     """Yield a list of conditions under which what the laws called inside return is not to be used.
 
     They may then answer for usual cases alone, and say by `doubt` where one is none.
 
+    Args:
+        rounds: turns of a search, all of them always made, that are thought enough.
+
     Example:
         >>> with doubting() as doubts:
         ...     doubt(np.array([3.0]) > 2.0)
-        >>> doubts, is_doubting()
-        ([array([ True])], False)
+        >>> doubts, rounds_enough()
+        ([array([ True])], None)
     """
-    _DOUBTS.append([])
+    _DOUBTS.append(([], rounds))
     try:
-        yield _DOUBTS[-1]
+        yield _DOUBTS[-1][0]
     finally:
         _DOUBTS.pop()
 
@@ -114,12 +117,12 @@ def doubting() -> Iterator[list[Any]]:
 def doubt(condition: Any) -> None:
     """Note a condition where anybody collects them, see `doubting`."""
     if _DOUBTS:
-        _DOUBTS[-1].append(condition)
+        _DOUBTS[-1][0].append(condition)
 
 
-def is_doubting() -> bool:
-    """Return whether laws may answer for usual cases alone, see `doubting`."""
-    return bool(_DOUBTS)
+def rounds_enough() -> int | None:
+    """Return turns of a search that are thought enough, see `doubting`; None for as many as need be."""
+    return _DOUBTS[-1][1] if _DOUBTS else None
 
 
 def unasked(array: Array) -> bool:

@@ -51,7 +51,7 @@ class FusedBody(RigidBody):
         self._lifts = [as_like(x, bodies.mass) for x in self.maps]
         self.places = [as_like(p, bodies.mass) for p in places[0][:, None]]
         self.turns = [as_like(r, bodies.mass) for r in turns[0]]
-        self._moved: dict[str, Array] = {}
+        self._moved: dict[str, tuple[Array, Array]] = {}
         self._patterns: dict[int, list[tuple[int, int]]] = {}
         whole = sum(x.T @ m @ x for x, m in zip(self.maps, robot.spatial_inertia, strict=True))
         self.links = len(robot.links)
@@ -124,14 +124,21 @@ class FusedBody(RigidBody):
                 if added.matrix.shape[0] > 1:
                     moved = self._at_base(k, added.matrix[rows])
                 else:
-                    key = f"{b.name} {k}"
-                    if key not in self._moved:
-                        self._moved[key] = self._at_base(k, added.matrix)
-                        self._patterns[id(self._moved[key])] = pattern(self._moved[key])
-                    moved = self._moved[key]
+                    moved = self._moved_once(f"{b.name} {k}", k, added.matrix)
                 # one weight applies to all: that of a robot in the air, without added mass
                 out.append((_rows(added.weight, rows), moved))
         return out
+
+    def _moved_once(self, name: str, link: int, matrix: Array) -> Array:
+        """Return a matrix about the base; that of a constant one, the same array, is kept."""
+        kept, moved = self._moved.get(name, (None, matrix))
+        # of one robot a matrix that changes has one row, too
+        if kept is not matrix:
+            moved = self._at_base(link, matrix)
+            if name not in self._moved:
+                self._moved[name] = matrix, moved
+                self._patterns[id(moved)] = pattern(moved)
+        return moved
 
     def _filled(self, matrix: Array) -> list[tuple[int, int]]:
         # those of constant matrices were found when they were moved, and live as long as they do

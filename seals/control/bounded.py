@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, columns, doubt, is_doubting, namespace, unasked
+from seals.arrays import Array, Floats, columns, doubt, namespace, rounds_enough, unasked
 from seals.multibody.linear import solution, solve_symmetric
 from seals.tensor_compiler import compile_law
 
@@ -17,8 +17,6 @@ AHEAD = 5
 whether more are needed. Of 100,000 wrenches, most of them far beyond the drives, all (four drives)
 and 99.95 % (six) are settled by then; commands of the rest are within their bounds, and not the
 best ones."""
-USUAL = 6
-"""Changes in all where a search that needs more is done again elsewhere, see `seals.arrays.doubt`."""
 SOFT = 1e-9
 """Stiffness that makes the choice among equally good commands unique, share of the whole."""
 BEYOND = 1e-12
@@ -66,14 +64,14 @@ def best_within(a: Array, wrench: Array, low: Array, high: Array, weights: Array
     if type(g) is np.ndarray:
         x = _row_by_row(now)
     else:
-        ahead, usual = unasked(g), is_doubting()
-        turn = _turned if usual else _round
-        for _ in range(USUAL if usual else (AHEAD if ahead else ROUNDS) * count):
+        ahead, enough = unasked(g), rounds_enough()
+        turn = _round if enough is None else _turned
+        for _ in range(enough or (AHEAD if ahead else ROUNDS) * count):
             x, wrong, then = turn(now)
             if not ahead and not bool(xp.any(wrong)):
                 break
             now = then
-        if usual:
+        if enough is not None:
             doubt(xp.any(wrong))
     return low + xp.minimum(xp.maximum(x, x * 0.0), x * 0.0 + 1.0) * span
 

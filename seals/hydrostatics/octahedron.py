@@ -98,8 +98,10 @@ class OctahedralTable:
         device = getattr(like, "device", None)
         key = f"{xp.__name__} {device}"
         if key not in self._copies:
+            # what follows a law once keeps tables as they are, in place of each of their numbers
+            own = getattr(xp, "table", None)
             rows, low, high = (
-                xp.asarray(array, dtype=xp.float64, device=device)
+                xp.asarray(array, dtype=xp.float64, device=device) if own is None else own(array)
                 for array in (self._rows, self._bounds[:, 0].copy(), self._bounds[:, 1].copy())
             )
             self._copies[key] = rows, (low, high)

@@ -55,6 +55,7 @@ def batched_of(
     fused: bool | None = None,
     renew: bool = True,
     lasting: bool = False,
+    coded: bool = False,
 ) -> Batched:
     """Build N environments: one batch with ``backend=twin``, else N worlds.
 
@@ -69,6 +70,7 @@ def batched_of(
         fused: whether twins are compiled; None as the backend says.
         renew: whether episodes that end begin anew in the same step.
         lasting: whether more episodes are to come than the configuration tells.
+        coded: whether laws of twins are machine code, row by row, on a processor.
 
     Raises:
         SealsError: the configuration cannot be used.
@@ -84,7 +86,12 @@ def batched_of(
         from seals.learn.environments.twin import TwinSimulator
 
         simulator = TwinSimulator(
-            settings, task, count=count, device=device, values=values, fused=fused
+            *(settings, task),
+            count=count,
+            device=device,
+            values=values,
+            fused=fused,
+            coded=coded,
         )
         if any(map(sees, settings.sensors.values())):
             from seals.learn.environments.batch_cameras import BatchCameras

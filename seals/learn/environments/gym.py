@@ -78,7 +78,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
             from seals.learn.picture import Picture
 
             self._picture = Picture(config)
-        self._batched: Any = batched_of(config, count=1, lasting=True)
+        self._batched: Any = batched_of(config, count=1, lasting=True, coded=True)
         self.metadata = {**type(self).metadata, "render_fps": float(config.task.rate)}
         self.observation_space: Any
         self.observation_space, self.action_space = _spaces(self._batched)
@@ -186,7 +186,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         # each world follows its laws by itself, for seconds
         few = num_envs <= FEW
         self.batched: Any = batched_of(
-            config, count=num_envs, device=device, renew=same, lasting=few
+            config, count=num_envs, device=device, renew=same, lasting=few, coded=True
         )
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = _spaces(self.batched)

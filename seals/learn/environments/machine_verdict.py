@@ -45,15 +45,15 @@ class MachineVerdict:
                 self.refused = True
                 return self._law(*given)
         found = iter(self._kernel(*flat))
-        return _filled(self._form, lambda logical: _as(next(found), logical=logical))
+        return filled(self._form, lambda logical: _as(next(found), logical=logical))
 
     def _compiled(self, given: Any, shapes: list[Any]) -> Any:
         """Compile the law; note the form of what it returns."""
 
         def law(*arrays: Array) -> list[Array]:
             more = iter(arrays)
-            whole = self._law(*_filled(given, lambda leaf: _entries(next(more), leaf)))
-            self._form = _filled(whole, lambda leaf: leaf.dtype == np.bool_)
+            whole = self._law(*filled(given, lambda leaf: _entries(next(more), leaf)))
+            self._form = filled(whole, lambda leaf: leaf.dtype == np.bool_)
             return list(leaves(whole))
 
         return compiled(law, shapes)
@@ -68,11 +68,11 @@ def _as(values: Any, *, logical: bool) -> Any:
     return values != 0.0 if logical else values
 
 
-def _filled(form: Any, leaf: Callable[[Any], Any]) -> Any:
+def filled(form: Any, leaf: Callable[[Any], Any]) -> Any:
     """Return a nest with its leaves exchanged, in the order of `seals.pytree.leaves`."""
     if isinstance(form, dict):
-        return {name: _filled(part, leaf) for name, part in form.items()}
+        return {name: filled(part, leaf) for name, part in form.items()}
     if isinstance(form, tuple):
-        parts = [_filled(part, leaf) for part in form]
+        parts = [filled(part, leaf) for part in form]
         return type(form)(*parts) if hasattr(form, "_fields") else tuple(parts)
     return form if form is None else leaf(form)

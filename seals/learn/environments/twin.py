@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import contextlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like
+from seals.arrays import Array, as_like, undecided
 from seals.batch.piloted import Flight, PilotedTwin
+from seals.environment.sampler import hulls_of
+from seals.environment.wetting import WettingWhole
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
-from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.environments.machine_twin import MachineLaw
+from seals.learn.environments.simulator import BatchSimulator, picked
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.tree import forward
+from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds
 from seals.run.settings import RunSettings
+from seals.world.compiled import LIKE
+from seals.world.scalar_compiler import REFUSED
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -64,6 +71,10 @@ class TwinSimulator(BatchSimulator):
         device: of all arrays.
         values: ``"effect.parameter"`` to a number or N numbers, in place of the settings.
         fused: whether PyTorch's compiler joins the arithmetic; None as the backend says.
+        coded: whether laws are machine code, row by row, where they can be: on NumPy, with the
+            settings' own values.
+        traced: for those, of one twin on traced arrays: ``whole`` where its hulls are all under
+            water or above it, ``cut`` for any; empty for a batch of numbers.
 
     Raises:
         ConfigError: the run holds what a batch of twins does not know: objects, a fluid.
@@ -80,6 +91,8 @@ class TwinSimulator(BatchSimulator):
         device: str,
         values: Mapping[str, Any] | None = None,
         fused: bool | None = None,
+        coded: bool = False,
+        traced: str = "",
     ) -> None:
         """Build the batch."""
         if isinstance(task, WorldTask):
@@ -100,6 +113,7 @@ class TwinSimulator(BatchSimulator):
         backend: Any = settings.backend
         self.task, self.fused = task, backend.fused if fused is None else fused
         self.like = _like_on(device, double=backend.double, fused=self.fused)
+        self.like = LIKE if traced else self.like
         joints = task.posture
         self.twin = PilotedTwin(
             settings,
@@ -111,6 +125,7 @@ class TwinSimulator(BatchSimulator):
             step=backend.interval,
             values=values,
             fused=self.fused,
+            wetting=_whole if traced == "whole" and self._wet(settings) else None,
         )
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
         # the position of the hand in body axes, joints held [m], shape (3,)
@@ -120,6 +135,26 @@ class TwinSimulator(BatchSimulator):
         )
         self._level = settings.environment.water_level
         self._drive = as_like(carrying_speeds(self.twin.plant, joints), self.like)
+        # laws that stand in for those of the array library
+        self._flown: Callable[..., Flight] = self._fly
+        self._seen: Callable[..., Instant] = self._look
+        if coded and values is None and isinstance(self.like, np.ndarray):
+            self._compile(settings)
+
+    @staticmethod
+    def _wet(settings: RunSettings) -> bool:
+        return settings.environment.water_level is not None
+
+    def _compile(self, settings: RunSettings) -> None:
+        """Let machine code stand in for the laws, where they have any."""
+        with undecided(), contextlib.suppress(*REFUSED):
+            # hulls as a whole first: those that the surface may cut take several times as long
+            ones = [
+                TwinSimulator(settings, self.task, count=1, device="cpu", traced=form)
+                for form in ("whole", "cut")
+            ]
+            self._flown = MachineLaw([one._fly for one in ones], self._fly, self.merged)
+            self._seen = MachineLaw([one._look for one in ones], self._look, picked)
 
     def begin(
         self, draw: Draw, rows: Array | None = None, seeds: Sequence[int] | None = None
@@ -148,6 +183,9 @@ class TwinSimulator(BatchSimulator):
 
     def advance(self, robots: Flight, action: Array, now: Instant) -> Flight:
         """Return the flights one control step later."""
+        return self._flown(robots, now, action)
+
+    def _fly(self, robots: Flight, now: Instant, action: Array) -> Flight:
         velocity, yaw = self.task.command(action, now)
         return self.twin.fly(robots, velocity, yaw, self._steps)
 
@@ -157,6 +195,9 @@ class TwinSimulator(BatchSimulator):
 
     def instant(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
         """Return what is the case."""
+        return self._seen(robots, goal, action, start)
+
+    def _look(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
         state = robots.state
         rotation = matrix_of(state.quaternion)
         arm = rotation @ self._offset
@@ -184,6 +225,11 @@ class TwinSimulator(BatchSimulator):
         )
         robot = ActorPose(place, quaternion_of(turn), self.task.posture)
         return EpisodeFrame(float(time[0]), {ROBOT: robot}, target)
+
+
+def _whole(robot: RobotModel) -> WettingWhole:
+    """Return what wets hulls as a whole."""
+    return WettingWhole(hulls_of(robot))
 
 
 def _like_on(device: str, *, double: bool, fused: bool) -> Array:

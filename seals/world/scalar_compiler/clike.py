@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from seals.world.scalar_compiler.graph import Node, needed
+from seals.world.scalar_compiler.kernel import CannotCompile
 
 _SIGNS = {
     **{"add": "+", "subtract": "-", "multiply": "*", "divide": "/"},
@@ -42,6 +43,10 @@ def statements_of(outputs: Sequence[Any], read: str, write: str) -> list[str]:
     names: dict[Node, str] = {}
     lines = []
     for node in needed([x for x in outputs if isinstance(x, Node)]):
+        if node.op == "look_up":
+            raise CannotCompile(
+                "tables of hulls have no form as C.\nGive hulls shapes, or take fused=false"
+            )
         name = names[node] = f"v{len(names)}"
         kind = "bool" if node.logical else "double"
         if node.op in _NEAR_ONE:

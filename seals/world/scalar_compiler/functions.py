@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from seals.multibody.linear import solve_symmetric
-from seals.world.scalar_compiler.graph import ELEMENTWISE, Node
+from seals.world.scalar_compiler.graph import ELEMENTWISE, Node, Table
 from seals.world.scalar_compiler.traced import Traced, constant, elementwise
 
 float64, int64 = np.dtype(np.float64), np.dtype(np.int64)
@@ -33,6 +33,11 @@ def astype(x: Traced, dtype: Any, *, copy: bool = True) -> Traced:
     if x.dtype == np.bool_ and dtype == np.float64:
         return _where(x, 1.0, 0.0)
     return x
+
+
+def table(value: Any) -> Table:
+    """Return numbers that are looked up by an index, see `take`."""
+    return Table(value)
 
 
 def isnan(x: Any) -> Traced:
@@ -76,7 +81,13 @@ expand_dims, broadcast_to, repeat = (_moving(n) for n in ("expand_dims", "broadc
 
 
 def take(x: Any, index: Any, *, axis: int) -> Traced:
-    """Return entries along an axis, by an index of numbers."""
+    """Return entries along an axis, by an index of numbers; of a table by any one."""
+    if isinstance(x, Table):
+        rows = constant(index).entries
+        found = np.empty((*rows.shape, x.columns), dtype=object)
+        for place in np.ndindex(rows.shape):
+            found[place] = [x.entry(rows[place], k) for k in range(x.columns)]
+        return Traced(found.reshape(rows.shape + x.shape[1:]))
     places = index.entries.astype(np.int64) if isinstance(index, Traced) else np.asarray(index)
     return Traced(constant(x).entries.take(places, axis=axis))
 

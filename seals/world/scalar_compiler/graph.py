@@ -7,6 +7,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from seals.errors import ConfigError
 
 _NUMBER = itertools.count()
@@ -43,6 +45,31 @@ LOGICAL = frozenset({"less", "less_equal", "equal", "not_equal", "and", "or", "n
 def given(index: int, graph: dict[Any, Node]) -> Node:
     """Return the node of an input."""
     return _node("input", (index,), graph)
+
+
+class Table:
+    """Numbers that laws look up by an index that they work out.
+
+    Args:
+        values: rows of numbers, shape (N,) or (N, k).
+    """
+
+    __slots__ = ("columns", "shape", "values")
+
+    def __init__(self, values: Any) -> None:
+        self.values, self.shape = np.ascontiguousarray(values, dtype=np.float64), values.shape
+        self.columns = values.shape[1] if len(values.shape) > 1 else 1
+
+    def __repr__(self) -> str:
+        # equal keys of nodes are equal tables
+        return f"table {id(self)}"
+
+    def entry(self, row: Entry, column: int) -> Entry:
+        """Return a number of a row, whose index is a whole number; the nearest row beyond them."""
+        if isinstance(row, Node):
+            return _node("look_up", (row, self, column), row.graph)
+        nearest = min(max(int(row), 0), self.shape[0] - 1)
+        return float(self.values.flat[nearest * self.columns + column])
 
 
 def needed(outputs: Sequence[Node]) -> list[Node]:

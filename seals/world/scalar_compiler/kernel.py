@@ -57,21 +57,24 @@ class Kernel:
         code: the engine that holds it, and the address of the function.
         shapes: of the arguments.
         results: of the law, numbers and nodes.
-        work: numbers that it keeps meanwhile.
+        work: memory for what it keeps meanwhile, see `seals.world.scalar_compiler.llvm.Text`.
 
     Attributes:
         address: of the function.
         memory: its arguments, its results, and what it keeps meanwhile, numbers side by side.
         places: views of the arguments.
         views: the places of all arguments, and of all results, in the memory.
+        tables: that it looks numbers up in.
     """
+
+    tables: Sequence[Any] = ()
 
     def __init__(
         self,
         code: tuple[Any, int],
         shapes: Sequence[tuple[int, ...]],
         results: Sequence[Traced],
-        work: int,
+        work: Floats,
     ) -> None:
         self._engine, self.address = code
         call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 3)(self.address)
@@ -79,7 +82,7 @@ class Kernel:
             np.zeros(max(1, sum(_size(s) for s in part)))
             for part in (shapes, [x.shape for x in results])
         )
-        self._work = np.zeros(max(1, work))
+        self._work = work
         self.places = [v.reshape(s) for v, s in zip(_cut(self._given, shapes), shapes, strict=True)]
         starts = np.cumsum([0, *(x.entries.size for x in results)]).tolist()
         # the end of a vector, or 0: a slice takes a third of the time of another view
@@ -134,8 +137,10 @@ def compiled(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]
             or llvmlite is not installed, or broken.
     """
     results = followed(law, shapes)
-    text, work = text_of([entry for x in results for entry in x.entries.flat])
-    return Kernel(written(text, "law"), shapes, results, work)
+    text = text_of([entry for x in results for entry in x.entries.flat])
+    found = Kernel(written(text.lines, "law"), shapes, results, text.memory())
+    found.tables = text.tables
+    return found
 
 
 def written(text: str, name: str) -> tuple[Any, int]:

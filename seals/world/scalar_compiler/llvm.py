@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-from seals.world.scalar_compiler.graph import Node, needed
+import numpy as np
+
+from seals.arrays import Floats
+from seals.world.scalar_compiler.graph import Node, Table, needed
 
 PIECE = 1500
 """Operations of one function: the time to compile one grows faster than its length."""
@@ -25,8 +28,29 @@ _LIBRARY |= {n: n for n in ("asin", "acos", "atan", "log1p", "expm1")}
 _TWO = frozenset({"pow", "atan2"})
 
 
-def text_of(outputs: Sequence[Any]) -> tuple[str, int]:
-    """Return the text of ``law(inputs, outputs, work)`` and the length of ``work``.
+class Text(NamedTuple):
+    """Text of a law.
+
+    Args:
+        lines: of ``law(inputs, outputs, work)``.
+        work: numbers of ``work`` that it writes.
+        tables: whose addresses it expects in ``work`` after them.
+    """
+
+    lines: str
+    work: int
+    tables: list[Table]
+
+    def memory(self) -> Floats:
+        """Return new memory for ``work``."""
+        found = np.zeros(max(1, self.work + len(self.tables)))
+        addresses = [table.values.ctypes.data for table in self.tables]
+        found.view(np.uint64)[self.work : self.work + len(addresses)] = addresses
+        return found
+
+
+def text_of(outputs: Sequence[Any]) -> Text:
+    """Return the text of a law.
 
     Args:
         outputs: entries of the results; numbers are left out.
@@ -39,29 +63,35 @@ def text_of(outputs: Sequence[Any]) -> tuple[str, int]:
         for x in node.args:
             if isinstance(x, Node) and x.op != "input" and piece_of[x] != piece_of[node]:
                 shared.setdefault(x, len(shared))
+    asked = (node.args[1] for node in nodes if node.op == "look_up")
+    tables = {table: len(shared) + k for k, table in enumerate(dict.fromkeys(asked))}
     wanted: dict[int, list[int]] = {}
     for place, x in enumerate(outputs):
         if isinstance(x, Node):
             wanted.setdefault(piece_of[x], []).append(place)
     lines = []
     for k, piece in enumerate(pieces):
-        lines += _Function(k, piece, shared).written([(p, outputs[p]) for p in wanted.get(k, [])])
+        lines += _Function(k, piece, shared, tables).written(
+            [(p, outputs[p]) for p in wanted.get(k, [])]
+        )
     calls = [f"  call void @piece{k}(ptr %given, ptr %out, ptr %work)" for k in range(len(pieces))]
     head = [f"declare double @{name}(double)" for name in _INTRINSIC.values()]
     head += [
         f"declare double @{n}(double{', double' if n in _TWO else ''})" for n in _LIBRARY.values()
     ]
     last = ["define void @law(ptr %given, ptr %out, ptr %work) {", *calls, "  ret void", "}"]
-    return "\n".join([*head, *lines, *last, ""]), len(shared)
+    return Text("\n".join([*head, *lines, *last, ""]), len(shared), list(tables))
 
 
 class _Function:
     """Text of one piece."""
 
-    def __init__(self, number: int, piece: list[Node], shared: dict[Node, int]) -> None:
+    def __init__(
+        self, number: int, piece: list[Node], shared: dict[Node, int], tables: dict[Table, int]
+    ) -> None:
         self._head = f"define internal void @piece{number}(ptr noalias %given, ptr noalias %out, "
         self._head += "ptr noalias %work) noinline {"
-        self._piece, self._shared = piece, shared
+        self._piece, self._shared, self._tables = piece, shared, tables
         self._names: dict[Any, str] = {}
         self.lines: list[str] = []
 
@@ -113,6 +143,8 @@ class _Function:
         op = node.op
         if op == "input":
             return self._load("given", node.args[0])
+        if op == "look_up":
+            return self._looked_up(*node.args)
         given = [self._given(x) for x in node.args]
         if op in _PLAIN:
             return self._add(f"{_PLAIN[op]} {', '.join(given)}")
@@ -124,6 +156,21 @@ class _Function:
             return self._add(f"select i1 {given[0]}, {kind} {given[1]}, {kind} {given[2]}")
         law = _INTRINSIC.get(op) or _LIBRARY[op]
         return self._add(f"call double @{law}({', '.join(f'double {x}' for x in given)})")
+
+    def _looked_up(self, row: Node, table: Table, column: int) -> str:
+        """Return a number of a table; an index beyond it, or none, is that of the nearest row."""
+        place, last = self._given(row), f"0x{_bits(table.shape[0] - 1):016X}"
+        above = self._add(f"fcmp ogt double {place}, 0.0")
+        place = self._add(f"select i1 {above}, double {place}, double 0.0")
+        below = self._add(f"fcmp olt double {place}, {last}")
+        place = self._add(f"select i1 {below}, double {place}, double {last}")
+        whole = self._add(f"fptosi double {place} to i64")
+        first = self._add(f"mul i64 {whole}, {table.columns}")
+        at = self._add(f"add i64 {first}, {column}")
+        begin = self._add(f"load ptr, ptr {self._address('work', self._tables[table])}")
+        return self._add(
+            f"load double, ptr {self._add(f'getelementptr double, ptr {begin}, i64 {at}')}"
+        )
 
 
 def _bits(number: float) -> int:

@@ -1,0 +1,89 @@
+"""Laws of twins as machine code, row by row: dynamics with controller, and what is the case."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from seals.arrays import Array, doubting
+from seals.learn.environments.machine_verdict import filled
+from seals.pytree import leaves
+from seals.world.scalar_compiler import CannotCompile, constant
+from seals.world.scalar_compiler.rows import RowKernel
+
+
+ROUNDS = (6, 16)
+"""Turns of the search for the best command within the drives' bounds, of the first and next law."""
+
+
+class MachineLaw:
+    """Law on nests of arrays as machine code, row by row.
+
+    Rows that a law doubts (`seals.arrays.doubt`) are given the next one, the last ones NumPy: those
+    that ask their drives for more than they can do in an unusual way. What is no law of machine
+    code stays with NumPy.
+
+    Args:
+        laws: of one row, on traced arrays, the quickest first.
+        plain: the same of all rows.
+        chosen: takes results of either, and a mask (N,) of the rows of the first.
+
+    Attributes:
+        refused: whether the law has no machine code, as its first call shows.
+    """
+
+    def __init__(
+        self, laws: Sequence[Callable[..., Any]], plain: Callable[..., Any], chosen: Any
+    ) -> None:
+        self._laws, self._plain, self._chosen = list(laws), plain, chosen
+        self._kernels: list[RowKernel] = []
+        self._form: Any = None
+        self.refused = False
+
+    def __call__(self, *given: Any) -> Any:
+        """Return the results for nests of arrays; the last one has N rows."""
+        if self.refused:
+            return self._plain(*given)
+        flat = list(leaves(given))
+        try:
+            first = self._kernel(0, given, flat)
+            block = first.block(flat)
+            out = first.run(block)
+            for k in range(1, len(self._laws)):
+                rows = np.flatnonzero(out[:, -1])
+                if len(rows):
+                    out[rows] = self._kernel(k, given, flat).run(block[rows])
+        except CannotCompile:
+            self.refused = True
+            return self._plain(*given)
+        *found, _ = first.results(out)
+        results, unsure = iter(found), out[:, -1] != 0.0
+        whole = filled(self._form, lambda leaf: next(results))
+        if unsure.any():
+            whole = self._chosen(self._plain(*given), whole, unsure)
+        return whole
+
+    def _kernel(self, k: int, given: Any, flat: list[Any]) -> RowKernel:
+        """Return a law as machine code, compiled when it is first needed."""
+        if k == len(self._kernels):
+            self._kernels.append(self._compiled(self._laws[k], ROUNDS[k], given, flat))
+        return self._kernels[k]
+
+    def _compiled(
+        self, law: Callable[..., Any], rounds: int, given: Any, flat: list[Any]
+    ) -> RowKernel:
+        count = np.shape(flat[-1])[0]
+        shapes = [(np.shape(x)[0] // count, *np.shape(x)[1:]) for x in flat]
+
+        def whole(*arrays: Array) -> list[Array]:
+            more = iter(arrays)
+            with doubting(rounds) as doubts:
+                self._form = law(*filled(given, lambda leaf: next(more)))
+            sure = constant(np.zeros(1)) > 0.0
+            unsure = functools.reduce(lambda a, b: a | b.reshape((1,)), doubts, sure)
+            return [*leaves(self._form), unsure]
+
+        return RowKernel(whole, shapes)
