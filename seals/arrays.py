@@ -121,7 +121,7 @@ def doubt(condition: Any) -> None:
 
 
 def rounds_enough() -> int | None:
-    """Return turns of a search that are thought enough, see `doubting`; None for as many as need be."""
+    """Return turns of a search that are thought enough, see `doubting`; None for any number."""
     return _DOUBTS[-1][1] if _DOUBTS else None
 
 

@@ -14,7 +14,6 @@ from seals.pytree import leaves
 from seals.world.scalar_compiler import CannotCompile, constant
 from seals.world.scalar_compiler.rows import RowKernel
 
-
 ROUNDS = (6, 16)
 """Turns of the search for the best command within the drives' bounds, of the first and next law."""
 
