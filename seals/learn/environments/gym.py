@@ -13,7 +13,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from seals import registry
 from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.environments.build import batched_of
 from seals.learn.environments.episode_frame import EpisodeFrame
@@ -22,6 +21,8 @@ from seals.learn.observations import each
 
 FEW = 8
 """Worlds up to which the laws of all are compiled, however long they are stepped."""
+ENGINE = "mujoco"
+"""Engine of environments of one robot that name none: the quickest with contacts."""
 MODES = ("human", "rgb_array")
 """Ways in which one environment is drawn."""
 Numbers = NDArray[np.float32]
@@ -48,7 +49,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
     Args:
         env: recipe of the group ``env``.
-        backend: ``pybullet``, ``mujoco``, ``free`` or ``twin``; empty for the installed engine.
+        backend: ``pybullet``, ``mujoco``, ``free`` or ``twin``; empty for MuJoCo.
         overrides: Hydra overrides, for instance ``["task.duration=4", "robot=hexacopter"]``.
         render_mode: ``rgb_array`` for images by `render`, ``human`` for a window, None for neither;
             the ``viewer`` draws, ``overrides=["viewer=raycast"]`` chooses one.
@@ -70,7 +71,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         """Build the world once; every episode resets it."""
         if render_mode is not None:
             refuse_unlisted(str(render_mode), MODES, f"render_mode={render_mode}")
-        config = composed(env, backend or registry.default_backend(), overrides)
+        config = composed(env, backend or ENGINE, overrides)
         self.render_mode = render_mode
         self._picture: Any = None
         self._frame: Any = None

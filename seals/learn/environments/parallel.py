@@ -15,7 +15,7 @@ from seals.errors import ConfigError, optional_import, suggestion
 from seals.learn.environments.batch import Environments
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.episodes import FARTHEST
-from seals.learn.environments.gym import Numbers, composed
+from seals.learn.environments.gym import ENGINE, Numbers, composed
 from seals.learn.task import Instant
 from seals.run.assembly import ROBOT
 
@@ -38,7 +38,7 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
 
     Args:
         env: recipe of the group ``env`` whose task has an object.
-        backend: an engine with contacts; empty for the installed one.
+        backend: an engine with contacts; empty for MuJoCo.
         overrides: Hydra overrides.
         speed: of the animal at an action of 1 [m/s].
 
@@ -59,7 +59,7 @@ class SealsParallelEnv(ParallelEnv[str, Numbers, Numbers]):
         """Build the world once; every episode resets it."""
         from seals.learn.environments.world import FullWorld, WorldsInTurn
 
-        engine = backend or registry.default_backend()
+        engine = backend or ENGINE
         other = _object_of(composed(env, engine, overrides), env)
         words = [f"objects.{other}.guide=commanded", *overrides]
         settings, task = build_learning(composed(env, engine, words))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -96,7 +97,7 @@ class RowKernel:
         bounds = [rows * k // parts for k in range(parts + 1)]
         others = [
             _pool(threads).submit(self._part, block[a:b], out[a:b])
-            for a, b in zip(bounds[1:-1], bounds[2:], strict=True)
+            for a, b in itertools.pairwise(bounds[1:])
         ]
         self._part(block[: bounds[1]], out[: bounds[1]])
         for other in others:
