@@ -312,6 +312,8 @@ class Actor:
             first: its number, from the start.
             most: steps.
         """
+        if not laws.alone():
+            return None
         time, train, pilot = ready.time, self.drivetrain, self.pilot
         most = min(most, self.sensor_suite.quiet(time, step))
         if most > 1:

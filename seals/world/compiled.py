@@ -157,6 +157,10 @@ class CompiledStep:
             if self._body.give(ready.key[0], body, ready.look):
                 return loads
 
+    def alone(self) -> bool:
+        """Return whether the body can make its next steps by a program."""
+        return self._body.steps_alone()
+
     def stretch(self, ready: Ready, command: LoopedCommand | None) -> Stretch | None:
         """Return what makes steps one after the other, set to begin; None where nothing does.
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.frames import conjugate, matrix_of, multiply
+from seals.frames import carried, conjugate, matrix_of, multiply
 from seals.multibody.tree import Tree
 from seals.plugins.backends.pybullet.loading import Loaded, load_robot
 from seals.robot.model import RobotModel
@@ -52,6 +52,8 @@ class PybulletBody:
         self._order, self._back = loaded.order.tolist(), back.tolist()
         self.base_turn = loaded.base_turn
         self._turned = bool(np.any(loaded.base_turn[0, :3]))
+        self._base_turn = np.asarray(loaded.base_turn)[0].tolist()
+        self._reference = np.asarray(loaded.base_centre).tolist()
         self._base = 0 if robot.tree.fixed_base else 6
         self._straight = self._order == list(range(len(self._order)))
         self._sorted = np.concatenate([np.arange(self._base), self._base + back])
@@ -81,10 +83,15 @@ class PybulletBody:
         position, turn = self._p.getBasePositionAndOrientation(
             self.body, physicsClientId=self._client
         )
-        quaternion = np.array(turn)
+        # a few numbers: faster one by one than as arrays
         if self._turned:
-            quaternion = multiply(quaternion[None], self.base_turn)[0]
-        return np.array(position) - matrix_of(quaternion[None])[0] @ self.reference, quaternion
+            (x, y, z, w), (a, b, c, d) = turn, self._base_turn
+            turn = (
+                *(w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a),
+                *(w * c + x * b - y * a + z * d, w * d - x * a - y * b - z * c),
+            )
+        arm = carried(*turn, self._reference)
+        return np.array([p - q for p, q in zip(position, arm, strict=True)]), np.array(turn)
 
     def native_pose(self) -> tuple[Floats, Floats]:
         """Return centre of mass and principal axes of the base."""
