@@ -99,9 +99,9 @@ class OctahedralTable:
         key = f"{xp.__name__} {device}"
         if key not in self._copies:
             # what follows a law once keeps tables as they are, in place of each of their numbers
-            own = getattr(xp, "table", None)
+            whole = hasattr(xp, "table")
             rows, low, high = (
-                xp.asarray(array, dtype=xp.float64, device=device) if own is None else own(array)
+                xp.table(array) if whole else xp.asarray(array, dtype=xp.float64, device=device)
                 for array in (self._rows, self._bounds[:, 0].copy(), self._bounds[:, 1].copy())
             )
             self._copies[key] = rows, (low, high)

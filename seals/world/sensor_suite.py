@@ -106,8 +106,8 @@ class SensorSuite:
         every = len(plain) == len(self.sensors)
         self._skipped = {n: (rates[n], d) for n, d in plain.items()} if every else {}
         self._drawn = sum(plain.values())
-        own = (getattr(type(s), "taken", None) for s in self.sensors.values())
-        self._told = all(taken not in (None, SensorOptions.taken) for taken in own)
+        kinds: list[Any] = [type(self.sensors[n]) for n in self._skipped]
+        self._told = all(hasattr(k, "taken") and k.taken is not SensorOptions.taken for k in kinds)
         self._forget()
 
     def meet(

@@ -27,25 +27,28 @@ class MachineLaw:
 
     Args:
         laws: of one row, on traced arrays, the quickest first.
-        plain: the same of all rows.
-        chosen: takes results of either, and a mask (N,) of the rows of the first.
 
     Attributes:
         refused: whether the law has no machine code, as its first call shows.
     """
 
-    def __init__(
-        self, laws: Sequence[Callable[..., Any]], plain: Callable[..., Any], chosen: Any
-    ) -> None:
-        self._laws, self._plain, self._chosen = list(laws), plain, chosen
+    def __init__(self, laws: Sequence[Callable[..., Any]]) -> None:
+        self._laws = list(laws)
         self._kernels: list[RowKernel] = []
         self._form: Any = None
         self.refused = False
 
-    def __call__(self, *given: Any) -> Any:
-        """Return the results for nests of arrays; the last one has N rows."""
+    def __call__(self, plain: Callable[..., Any], chosen: Callable[..., Any], *given: Any) -> Any:
+        """Return the results for nests of arrays.
+
+        Args:
+            plain: the law of all rows, by NumPy.
+            chosen: takes its results, those of machine code, and a mask (N,) of the rows of the
+                first.
+            given: nests of arrays, of which the last one has N rows.
+        """
         if self.refused:
-            return self._plain(*given)
+            return plain(*given)
         flat = list(leaves(given))
         try:
             first = self._kernel(0, given, flat)
@@ -57,12 +60,12 @@ class MachineLaw:
                     out[rows] = self._kernel(k, given, flat).run(block[rows])
         except CannotCompile:
             self.refused = True
-            return self._plain(*given)
+            return plain(*given)
         *found, _ = first.results(out)
         results, unsure = iter(found), out[:, -1] != 0.0
         whole = filled(self._form, lambda leaf: next(results))
         if unsure.any():
-            whole = self._chosen(self._plain(*given), whole, unsure)
+            whole = chosen(plain(*given), whole, unsure)
         return whole
 
     def _kernel(self, k: int, given: Any, flat: list[Any]) -> RowKernel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -135,9 +135,8 @@ class TwinSimulator(BatchSimulator):
         )
         self._level = settings.environment.water_level
         self._drive = as_like(carrying_speeds(self.twin.plant, joints), self.like)
-        # laws that stand in for those of the array library
-        self._flown: Callable[..., Flight] = self._fly
-        self._seen: Callable[..., Instant] = self._look
+        # stand in for the laws of the array library
+        self.machine: tuple[MachineLaw, MachineLaw] | None = None
         if coded and values is None and isinstance(self.like, np.ndarray):
             self._compile(settings)
 
@@ -153,8 +152,10 @@ class TwinSimulator(BatchSimulator):
                 TwinSimulator(settings, self.task, count=1, device="cpu", traced=form)
                 for form in ("whole", "cut")
             ]
-            self._flown = MachineLaw([one._fly for one in ones], self._fly, self.merged)
-            self._seen = MachineLaw([one._look for one in ones], self._look, picked)
+            self.machine = (
+                MachineLaw([one._fly for one in ones]),
+                MachineLaw([one._look for one in ones]),
+            )
 
     def begin(
         self, draw: Draw, rows: Array | None = None, seeds: Sequence[int] | None = None
@@ -183,7 +184,10 @@ class TwinSimulator(BatchSimulator):
 
     def advance(self, robots: Flight, action: Array, now: Instant) -> Flight:
         """Return the flights one control step later."""
-        return self._flown(robots, now, action)
+        if self.machine is None:
+            return self._fly(robots, now, action)
+        found: Flight = self.machine[0](self._fly, self.merged, robots, now, action)
+        return found
 
     def _fly(self, robots: Flight, now: Instant, action: Array) -> Flight:
         velocity, yaw = self.task.command(action, now)
@@ -195,7 +199,10 @@ class TwinSimulator(BatchSimulator):
 
     def instant(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
         """Return what is the case."""
-        return self._seen(robots, goal, action, start)
+        if self.machine is None:
+            return self._look(robots, goal, action, start)
+        found: Instant = self.machine[1](self._look, picked, robots, goal, action, start)
+        return found
 
     def _look(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
         state = robots.state

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 import itertools
 import os
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -16,8 +18,8 @@ from seals.world.scalar_compiler.graph import Node
 from seals.world.scalar_compiler.kernel import View, followed, written
 from seals.world.scalar_compiler.llvm import text_of
 
-LEAST = 8
-"""Rows that are worth a thread: the work of some tens of microseconds."""
+LEAST = 16
+"""Rows that are worth a thread: the work of a tenth of a millisecond."""
 _LOOP = """define void @rows(ptr %given, ptr %out, ptr %work, i64 %count) {
 begin:
   br label %row
@@ -95,13 +97,14 @@ class RowKernel:
         out = np.repeat(self._blank, rows, axis=0)
         parts = max(1, min(threads, rows // LEAST))
         bounds = [rows * k // parts for k in range(parts + 1)]
-        others = [
-            _pool(threads).submit(self._part, block[a:b], out[a:b])
-            for a, b in itertools.pairwise(bounds[1:])
+        work = [
+            functools.partial(self._part, block[a:b], out[a:b])
+            for a, b in itertools.pairwise(bounds)
         ]
-        self._part(block[: bounds[1]], out[: bounds[1]])
-        for other in others:
-            other.result()
+        if parts > 1:
+            _workers(threads).run(work)
+        else:
+            work[0]()
         return out
 
     def _part(self, block: Floats, out: Floats) -> None:
@@ -116,15 +119,51 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-_POOLS: dict[tuple[int, int], ThreadPoolExecutor] = {}
+class Workers:
+    """Threads that do parts of a work beside the thread that has it done.
+
+    Args:
+        count: of the threads.
+
+    Example:
+        >>> found = []
+        >>> Workers(2).run([functools.partial(found.append, k) for k in range(5)])
+        >>> sorted(found)
+        [0, 1, 2, 3, 4]
+    """
+
+    def __init__(self, count: int) -> None:
+        self._jobs: SimpleQueue[tuple[Callable[[], None], SimpleQueue[None]]] = SimpleQueue()
+        for _ in range(count):
+            threading.Thread(target=self._serve, name="seals rows", daemon=True).start()
+
+    def run(self, parts: Sequence[Callable[[], None]]) -> None:
+        """Do all parts, the first one on this thread; they raise nothing."""
+        done: SimpleQueue[None] = SimpleQueue()
+        for part in parts[1:]:
+            self._jobs.put((part, done))
+        parts[0]()
+        for _ in parts[1:]:
+            done.get()
+
+    def _serve(self) -> None:
+        while True:
+            part, done = self._jobs.get()
+            try:
+                part()
+            finally:
+                done.put(None)
 
 
-def _pool(threads: int) -> ThreadPoolExecutor:
+_WORKERS: dict[tuple[int, int], Workers] = {}
+
+
+def _workers(threads: int) -> Workers:
     """Return this process's threads: those of another one are gone after a fork."""
     key = os.getpid(), threads
-    if key not in _POOLS:
-        _POOLS[key] = ThreadPoolExecutor(threads - 1, thread_name_prefix="seals")
-    return _POOLS[key]
+    if key not in _WORKERS:
+        _WORKERS[key] = Workers(threads - 1)
+    return _WORKERS[key]
 
 
 def _views(shapes: Sequence[tuple[int, ...]]) -> list[View]:
