@@ -7,13 +7,14 @@
 # make validate   the long comparisons with measurements and the slow verifications
 # make killed   kill every long command at random moments; fill a disk; fail every write of it; take out every guard
 # make golden  what every experiment, shipped log and training answers, compared with build/golden.json; recorded there first
+# make speed    ten cases beside the bare engine, compared with build/speed.json, which keeps the last table
 # make fuzz     damaged files for every reader and loader, 3 minutes each
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
 # pages that make pages follows at a time
 PAGES_JOBS ?= 2
-.PHONY: help demo test thorough test-kernels types examples docs pages browser validate killed fuzz golden lint clean
+.PHONY: help demo test thorough test-kernels types examples docs pages browser validate killed fuzz golden speed lint clean
 
 # The jobs of the demonstration, one a line, in order.
 # A job behind '?' needs a measurement: without an offline folder it may fail for want of a network,
@@ -34,7 +35,7 @@ OFFLINE = $(wildcard $(CURDIR)/../shared/data)
 export SEALS_DATA ?= $(OFFLINE)
 
 # many small matrices: threads inside the linear algebra only get into each other's way
-test thorough test-kernels validate pages killed fuzz golden: export OPENBLAS_NUM_THREADS = 1
+test thorough test-kernels validate pages killed fuzz golden speed: export OPENBLAS_NUM_THREADS = 1
 
 # PyBullet has wheels for Python 3.10 and 3.11, so those come first; an interpreter without venv does not count.
 FIND_PYTHON = for candidate in $${PYTHON:-python3.11 python3.10 python3 python3.12 python3.13}; do \
@@ -51,7 +52,7 @@ LISTS = $(wildcard constraints/py*.txt)
 SOURCES = $(shell find seals plugins robots animals conf experiments -type f -not -path '*/__pycache__/*' 2>/dev/null)
 
 help:
-	@sed -n '1,10s/^# //p' Makefile
+	@sed -n '1,11s/^# //p' Makefile
 
 demo: .venv/installed
 	@while IFS= read -r job; do \
@@ -131,6 +132,9 @@ killed: .venv-test/installed
 golden: .venv-test/installed
 	@.venv-test/bin/python -m benchmarks.golden $$([ -f build/golden.json ] && echo check || echo record) build/golden.json \
 		$(addprefix --logs ,$(wildcard ../shared/hidden_effects/dev))
+
+speed: .venv-test/installed
+	@.venv-test/bin/python benchmarks/speed.py
 
 fuzz: .venv-test/installed
 	@.venv-test/bin/python benchmarks/fuzz.py
