@@ -121,6 +121,8 @@ def _environment(name: str, count: int) -> Measured:
     import numpy as np
     import torch
 
+    import seals.envs  # noqa: F401  it registers the tasks
+
     torch.set_num_threads(1)
     task = f"SEALS/{name}-v0"
     rng = np.random.default_rng(0)
@@ -267,7 +269,8 @@ def main() -> int:
             print(f"{case}: PyBullet is not installed")
             continue
         rows[case] = alone(case, given.repeats)
-    print(table(rows))
+        # a long table is seen to grow
+        print(table(rows).splitlines()[-1] if len(rows) > 1 else table(rows), flush=True)
     last = json.loads(given.kept.read_text("utf-8")) if given.kept.is_file() else {}
     worse = fallen(rows, last)
     for line in worse:
