@@ -84,7 +84,8 @@ class MachineLaw:
             more = iter(arrays)
             with doubting(rounds) as doubts:
                 self._form = law(*filled(given, lambda leaf: next(more)))
-            sure = constant(np.zeros(1)) > 0.0
+            nothing: Any = constant(np.zeros(1))
+            sure = nothing > 0.0
             unsure = functools.reduce(lambda a, b: a | b.reshape((1,)), doubts, sure)
             return [*leaves(self._form), unsure]
 

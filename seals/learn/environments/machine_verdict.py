@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ class MachineVerdict:
         self._kernel: Any = None
         self._shapes: list[Any] = []
         self._form: Any = None
+        self._built: Callable[[Iterator[Any]], Any] = builder(None)
         self.refused = False
 
     def __call__(self, *given: Any) -> Any:
@@ -45,7 +46,7 @@ class MachineVerdict:
                 self.refused = True
                 return self._law(*given)
         found = iter(self._kernel(*flat))
-        return filled(self._form, lambda logical: _as(next(found), logical=logical))
+        return self._built(found)
 
     def _compiled(self, given: Any, shapes: list[Any]) -> Any:
         """Compile the law; note the form of what it returns."""
@@ -56,7 +57,9 @@ class MachineVerdict:
             self._form = filled(whole, lambda leaf: leaf.dtype == np.bool_)
             return list(leaves(whole))
 
-        return compiled(law, shapes)
+        kernel = compiled(law, shapes)
+        self._built = builder(self._form)
+        return kernel
 
 
 def _entries(traced: Array, like: Any) -> Array:
@@ -64,8 +67,24 @@ def _entries(traced: Array, like: Any) -> Array:
     return traced > 0.5 if np.asarray(like).dtype == np.bool_ else traced
 
 
-def _as(values: Any, *, logical: bool) -> Any:
-    return values != 0.0 if logical else values
+def builder(form: Any) -> Callable[[Iterator[Any]], Any]:
+    """Return what makes a nest of results in order; leaves of its form say which are conditions.
+
+    Example:
+        >>> builder((False, {"a": True}))(iter(np.array([[3.0], [1.0]])))
+        (array([3.]), {'a': array([ True])})
+    """
+    if isinstance(form, dict):
+        named = [(name, builder(part)) for name, part in form.items()]
+        return lambda found: {name: part(found) for name, part in named}
+    if isinstance(form, tuple):
+        parts, kind = [builder(part) for part in form], type(form)
+        if hasattr(form, "_fields"):
+            return lambda found: kind(*[part(found) for part in parts])
+        return lambda found: tuple([part(found) for part in parts])
+    if form is None:
+        return lambda found: None
+    return (lambda found: next(found) != 0.0) if form else next
 
 
 def filled(form: Any, leaf: Callable[[Any], Any]) -> Any:

@@ -228,7 +228,8 @@ class WorldsInTurn(BatchSimulator):
         failed = []
         for k, world in enumerate(self.worlds):
             callback = self.frame_callback if k == 0 else None
-            failed.append(not world.advance(action[k : k + 1], _row(now, k), callback))
+            own = now if len(self.worlds) == 1 else _row(now, k)
+            failed.append(not world.advance(action[k : k + 1], own, callback))
         return np.array(failed)
 
     def instant(self, robots: Array, goal: Array, action: Array, start: Array) -> Instant:

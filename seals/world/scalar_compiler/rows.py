@@ -182,15 +182,17 @@ def _width(views: Sequence[View]) -> int:
 def _joined(value: Any, rows: int, links: int) -> Floats:
     """Rows of numbers of an array whose first axis is the batch within links."""
     array = np.asarray(value, dtype=float)
-    if links == 1:
-        return array.reshape(rows, -1)
-    return array.reshape(links, rows, -1).swapaxes(0, 1).reshape(rows, -1)
+    if links > 1:
+        array = array.reshape(links, rows, -1).swapaxes(0, 1)
+    found: Floats = array.reshape(rows, -1)
+    return found
 
 
 def _cut(out: Floats, view: View) -> Floats:
     """Return a result of all rows; a view where there is one link."""
     rows, (links, *rest) = len(out), view.shape
     part = out[:, view.start : view.start + view.size]
-    if links == 1:
-        return part.reshape(rows, *rest)
-    return part.reshape(rows, links, *rest).swapaxes(0, 1).reshape(links * rows, *rest)
+    if links > 1:
+        part = part.reshape(rows, links, *rest).swapaxes(0, 1)
+    found: Floats = part.reshape(links * rows, *rest)
+    return found
