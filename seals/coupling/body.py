@@ -122,7 +122,8 @@ class CoupledBody(BodyOptions):
     def _origin_velocity(self, quaternion: Any, native: Any) -> tuple[Any, Any, Any]:
         """Velocity of the base origin, of numbers or of columns: equal bits."""
         u, v, w, a, b, c = native
-        x, y, z = carried(*quaternion, self._reference)
+        i, j, k, real = quaternion
+        x, y, z = carried(i, j, k, real, self._reference)
         return u - (b * z - c * y), v - (c * x - a * z), w - (a * y - b * x)
 
     def poses(self) -> LinkPoses:

@@ -90,7 +90,8 @@ class PybulletBody:
                 *(w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a),
                 *(w * c + x * b - y * a + z * d, w * d - x * a - y * b - z * c),
             )
-        arm = carried(*turn, self._reference)
+        x, y, z, w = turn
+        arm = carried(x, y, z, w, self._reference)
         return np.array([p - q for p, q in zip(position, arm, strict=True)]), np.array(turn)
 
     def native_pose(self) -> tuple[Floats, Floats]:
