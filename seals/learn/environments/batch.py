@@ -332,8 +332,8 @@ class Environments:
         like = self.simulator.like
         if isinstance(like, np.ndarray):
             # of a few numbers NumPy makes these in a tenth of PyTorch's time
-            held = np.asarray(action.detach().cpu().numpy(), dtype=float)
-            return np.minimum(np.maximum(held, -1.0), 1.0)
+            numbers: Array = np.asarray(action.detach().cpu().numpy(), dtype=float)
+            return np.minimum(np.maximum(numbers, -1.0), 1.0)
         held = action.detach().clamp(-1.0, 1.0)
         return held.to(device=like.device, dtype=like.dtype)
 
