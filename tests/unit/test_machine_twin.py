@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from typing import Any
 
 import numpy as np
@@ -99,6 +101,21 @@ def test_a_row_at_the_surface_is_looked_up_and_no_other() -> None:
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=0.0, atol=1e-12)
     assert coded.machine is not None
     assert len(coded.machine[0]._kernels) == 2
+
+
+def test_coded_environments_go_with_their_last_name() -> None:
+    """No reference cycle through the laws keeps them and their tables alive."""
+    gc.collect()
+    gc.disable()
+    try:
+        twins = environments(2, coded=True)
+        twins.reset([0, 1])
+        twins.step(torch.zeros(2, twins.action_size))
+        parts = [weakref.ref(x) for x in (twins, twins.simulator, twins.simulator.machine[0])]
+        del twins
+        assert [part() for part in parts] == [None] * 3
+    finally:
+        gc.enable()
 
 
 def test_what_no_law_is_sure_of_is_left_to_numpy() -> None:
