@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.sysid.decision.exact_numbers import still_wrong
+from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.windows import delaying
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import sensor_delay
 
@@ -59,3 +62,26 @@ def test_no_top_no_spread() -> None:
     found = sensor_delay.parabola_peak(at(0.0), at(0.031), near)
     assert found.fitter.windows.delay == 0.031
     assert found.fit.spread(DELAY) == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize("late", [0.4, 1.5, 3.2, -1.5])
+def test_a_shift_follows_an_oscillation_between_the_rows(late: float) -> None:
+    """Half way between rows a cubic misses it by 3/128 (w T)^4, a straight line by (w T)^2 / 8."""
+    rows, turn = np.arange(60), 2.0 * np.pi * 5.0 * 0.01
+    error = delaying(60, late) @ np.sin(turn * rows) - np.sin(turn * (rows - late))
+    assert np.abs(error[6:-6]).max() < 1.01 * 3.0 / 128.0 * turn**4
+    assert np.abs(delaying(60, late) @ (2.0 * rows - 1.0) - 2.0 * (rows - late) + 1.0).max() < 1e-12
+
+
+def test_a_number_that_late_sensors_had_moved_is_right() -> None:
+    """Held, and its effect is not named: right. Named, or not held: still wrong."""
+    moved = [
+        MovedNumber(key=key, change=0.01, sigmas=5.0, unknown=0.1)
+        for key in ("lag.t", "mass.mass", "table.a")
+    ]
+    first: Any = SimpleNamespace(stated_wrong=tuple(moved))
+    second: Any = SimpleNamespace(
+        claims=[SimpleNamespace(candidate=SimpleNamespace(all_keys=("mass.mass",)))]
+    )
+    left = still_wrong(first, second, ["lag.t", "mass.mass"])
+    assert [m.key for m in left] == ["mass.mass", "table.a"]

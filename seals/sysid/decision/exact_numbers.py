@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from seals.sysid.decision.evidence import EvidenceAnswer
+from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Linearisation, Problem
 from seals.sysid.scores.held_out import held_out_misfit
@@ -78,3 +79,21 @@ def explains_as_well(
     found = second.claims[0].hypothesis
     most = 1.0 + found.fitter.candidate_set.policy.error_falls
     return held_out_misfit(found) <= most * held_out_misfit(model)
+
+
+def still_wrong(
+    first: EvidenceAnswer, second: EvidenceAnswer, held: Iterable[str]
+) -> tuple[MovedNumber, ...]:
+    """Return the numbers that remain wrong after a second answer that explains as much.
+
+    A number that was held and whose own effect is not named is right: another effect did what
+    had moved it, such as late sensors a delay of the commands.
+
+    Args:
+        first: answer with the numbers free within their tolerances.
+        second: answer with some of them held.
+        held: keys of the numbers held.
+    """
+    named = {key for claim in second.claims for key in claim.candidate.all_keys}
+    right = set(held) - named
+    return tuple(m for m in first.stated_wrong if m.key not in right)
