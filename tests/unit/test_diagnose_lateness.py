@@ -13,7 +13,7 @@ from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows import delaying
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.selection import sensor_delay
+from seals.sysid.selection import relinearised
 
 TOP, SIGMA = 0.0214, 4e-4
 DELAY = "sensor_delay.delay"
@@ -43,14 +43,14 @@ def at(delay: float) -> EvidenceHypothesis:
 @pytest.fixture
 def parabola(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fits at a delay are looked up on the parabola."""
-    monkeypatch.setattr(sensor_delay, "_at_delay", lambda nominal, hypothesis, delay: at(delay))
+    monkeypatch.setattr(relinearised, "_at_delay", lambda nominal, hypothesis, delay: at(delay))
 
 
 @pytest.mark.usefixtures("parabola")
 @pytest.mark.parametrize("start", [0.02, 0.0175, 0.0262])
 def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
     """The delay is exact between the steps, and its spread that of the score."""
-    found = sensor_delay.estimate_sensor_delay(at(0.0), at(start))
+    found = relinearised.estimate_sensor_delay(at(0.0), at(start))
     assert found.fitter.windows.delay == pytest.approx(TOP, abs=1e-9)
     assert found.fit.spread(DELAY) == pytest.approx(SIGMA, rel=1e-6)
 
@@ -59,7 +59,7 @@ def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
 def test_no_top_no_spread() -> None:
     """On a slope the middle stays, and the spread is the prior's."""
     near = [at(0.030), at(0.032)]
-    found = sensor_delay.parabola_peak(at(0.0), at(0.031), near)
+    found = relinearised.parabola_peak(at(0.0), at(0.031), near)
     assert found.fitter.windows.delay == 0.031
     assert found.fit.spread(DELAY) == pytest.approx(0.03)
 
