@@ -289,7 +289,7 @@ def diagnose(
             problem, found = exact, again
             if searched is not None:
                 searched(problem, found)
-            answer = replace(second, stated_wrong=still_wrong(answer, second, held))
+            answer = replace(second, stated_wrong=still_wrong(problem, answer, second, held))
             chosen = answer.claims[0].hypothesis
     before = held_out_misfit(found.nominal)
     after = held_out_misfit(chosen)

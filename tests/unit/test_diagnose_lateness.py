@@ -74,14 +74,18 @@ def test_a_shift_follows_an_oscillation_between_the_rows(late: float) -> None:
 
 
 def test_a_number_that_late_sensors_had_moved_is_right() -> None:
-    """Held, and its effect is not named: right. Named, or not held: still wrong."""
-    moved = [
-        MovedNumber(key=key, change=0.01, sigmas=5.0, unknown=0.1)
-        for key in ("lag.t", "mass.mass", "table.a")
-    ]
+    """Held, and nothing named changes or adds to it: right. Else, or not held: still wrong."""
+    keys = ("lag.t", "mass.mass", "drag.c", "table.a")
+    moved = [MovedNumber(key=key, change=0.01, sigmas=5.0, unknown=0.1) for key in keys]
     first: Any = SimpleNamespace(stated_wrong=tuple(moved))
-    second: Any = SimpleNamespace(
-        claims=[SimpleNamespace(candidate=SimpleNamespace(all_keys=("mass.mass",)))]
+    named = [
+        SimpleNamespace(instance="drag", all_keys=("drag.c",)),
+        SimpleNamespace(instance="payload_base", all_keys=("payload_base.mass",)),
+    ]
+    effects = {"lag": 0, "mass": "", "drag": 0.0, "payload_base": "", "table": None}
+    problem: Any = SimpleNamespace(
+        plant=SimpleNamespace(candidate_set=SimpleNamespace(effects=effects))
     )
-    left = still_wrong(first, second, ["lag.t", "mass.mass"])
-    assert [m.key for m in left] == ["mass.mass", "table.a"]
+    second: Any = SimpleNamespace(claims=[SimpleNamespace(candidate=c) for c in named])
+    left = still_wrong(problem, first, second, ["lag.t", "mass.mass", "drag.c"])
+    assert [m.key for m in left] == ["mass.mass", "drag.c", "table.a"]
