@@ -257,13 +257,14 @@ def _seconds(column: Any) -> Floats:
 
 def _floats(column: Any) -> Floats:
     """Return a column of doubles, a missing one as NaN."""
-    found: Floats
-    if column.null_count or not len(column):
-        found = np.array(column.to_numpy())
-        return found
-    # to_numpy would import pandas
-    whole = column.combine_chunks()
-    found = np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
+    if not len(column):
+        return np.empty(0)
+    import pyarrow as pa
+
+    # to_numpy and a scalar made of a number would import pandas
+    missing = pa.Array.from_buffers(pa.float64(), 1, [None, pa.py_buffer(np.array([np.nan]))])[0]
+    whole = column.fill_null(missing).combine_chunks()
+    found: Floats = np.frombuffer(whole.buffers()[1], float, len(whole), 8 * whole.offset).copy()
     return found
 
 

@@ -18,7 +18,12 @@ from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
-from seals.sysid.decision.exact_numbers import explains_as_well, numbers_to_hold, with_exact
+from seals.sysid.decision.exact_numbers import (
+    explains_as_well,
+    numbers_to_hold,
+    still_wrong,
+    with_exact,
+)
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
@@ -284,7 +289,7 @@ def diagnose(
             problem, found = exact, again
             if searched is not None:
                 searched(problem, found)
-            answer = replace(second, stated_wrong=answer.stated_wrong)
+            answer = replace(second, stated_wrong=still_wrong(problem, answer, second, held))
             chosen = answer.claims[0].hypothesis
     before = held_out_misfit(found.nominal)
     after = held_out_misfit(chosen)

@@ -207,6 +207,16 @@ def test_a_count_that_begins_anew_ends_the_session_and_begins_another(link: Ardu
     again.close()
 
 
+def test_a_robot_that_nothing_drives_is_refused_before_the_wait(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """A ball has nothing to command: no port is opened and nobody waits half a minute."""
+    assert main(["autopilot", "robot=ball", f"out={tmp_path / 'flown'}"]) == 2
+    said = capsys.readouterr()
+    assert "no actuators" in said.err
+    assert "listening" not in said.out
+
+
 def test_an_autopilot_that_never_speaks_is_refused(link: ArduPilot) -> None:
     """The refusal says how to start one."""
     with pytest.raises(ConfigError, match=r"within 0.2 s.\n.*sim_vehicle.py"):

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from seals.effects.identification import Identification
-from seals.sysid.decision.known_centre import centre_error, unlocated
 from seals.sysid.decision.policy import DecisionPolicy
+from seals.sysid.decision.reasons_against import centre_error, unlocated
 
 KEYS = tuple(f"pull.anchor_{axis}" for axis in "xyz")
 

@@ -14,7 +14,7 @@ import pytest
 from seals.effects.identification import Identification
 from seals.sysid import diagnosis
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.decision import data_sheet, drag_power, evidence
+from seals.sysid.decision import data_sheet, evidence, reasons_against
 from seals.sysid.decision.answer import Claim, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
@@ -189,9 +189,9 @@ def test_a_drag_of_a_third_power_is_not_named(
 ) -> None:
     """Half a power more than the second, in the speed along each axis or in that of the whole."""
     found = iter([along_axes, whole])
-    monkeypatch.setattr(drag_power, "_own_squares", lambda best, candidate: None)
-    monkeypatch.setattr(drag_power, "_by_axis", lambda best, candidate: True)
-    monkeypatch.setattr(drag_power, "fitted_change", lambda *given: next(found))
+    monkeypatch.setattr(reasons_against, "_own_squares", lambda best, candidate: None)
+    monkeypatch.setattr(reasons_against, "_by_axis", lambda best, candidate: True)
+    monkeypatch.setattr(reasons_against, "fitted_change", lambda *given: next(found))
     best = model(["wind"], misfit=1.0, score=500.0)
     law = Identification(family="drag", power=2)
     drag = replace(best.candidates[0], identification=law)

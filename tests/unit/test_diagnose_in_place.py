@@ -12,9 +12,11 @@ from seals.effects.identification import Identification
 from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision import evidence
+from seals.sysid.decision.answer import Rival, claim_against, reported
 from seals.sysid.decision.evidence import score_without
+from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.selection import onsets
-from seals.sysid.selection.onsets import in_place_of_timed
+from seals.sysid.selection.onsets import in_place_of_timed, of_one_cause
 from seals.sysid.selection.search import Search
 from tests.unit.test_diagnose_decision import model
 
@@ -100,3 +102,40 @@ def test_finer_times_may_be_those_of_the_complement(
     none: Any = None
     found = onsets.retimed(none, none, best, processes=processes)
     assert found == ("other", ("fine", ("other", best)))
+
+
+@pytest.mark.parametrize(
+    ("other", "together"), [(5.15, True), (5.5, False), (None, False)], ids=["near", "later", "all"]
+)
+def test_effects_that_end_together_may_have_one_cause(
+    monkeypatch: pytest.MonkeyPatch, other: float | None, together: bool
+) -> None:
+    """A weight that is dropped is a lift and a centre of gravity until then; drags stay out."""
+    monkeypatch.setattr(onsets, "may_act_for_a_time", lambda problem, c: c.name != "drag")
+    drag = Candidate(name="drag", keys=("drag.x",))
+    candidates = (load(0), BIAS, drag)
+    problem: Any = SimpleNamespace(
+        plant=SimpleNamespace(candidate_set=SimpleNamespace(candidates=candidates)),
+        policy=DecisionPolicy(),
+    )
+    lift, centre = (Candidate(name=n, keys=(f"{n}.x",)) for n in ("lift", "centre"))
+    if other is not None:
+        at = Moment(value=other, low90=other, high90=other)
+        centre = centre.acting(Activity(spans=(Span(log=0, start=at),)))
+    best: Any = SimpleNamespace(candidates=(lift.acting(LATE), centre))
+    tried = of_one_cause(problem, best)
+    assert {model[0].name for model, _ in tried} == ({"load", "bias"} if together else set())
+    assert all(len(model) == 1 and model[0].activity is LATE for model, _ in tried)
+    assert not together or sorted(v for _, start in tried for v in start.values()) == [0, 0.1, 0.2]
+
+
+@pytest.mark.parametrize(("gap", "odds", "told"), [(0.7, 0.7, True), (6.0, 0.7, False)])
+def test_two_names_of_a_further_effect_do_not_hide_it(gap: float, odds: float, told: bool) -> None:
+    """A payload and a weaker thrust halve each other's confidence; one of them is there."""
+    rule = DecisionPolicy().evidence_ties
+    best = model(["drag", "thrust"], misfit=1.0, score=900.0)
+    first = claim_against(best, 0, [], rule)
+    second = claim_against(best, 1, [Rival("payload", gap, 1.0, odds)], rule)
+    assert second.confidence == pytest.approx(1.0 / 1.7)
+    assert second.confidence < rule.further
+    assert reported([first, second], rule) == ((first, second) if told else (first,))

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.sysid.decision.exact_numbers import still_wrong
+from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.windows import delaying
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.selection import sensor_delay
+from seals.sysid.selection import relinearised
 
 TOP, SIGMA = 0.0214, 4e-4
 DELAY = "sensor_delay.delay"
@@ -40,14 +43,14 @@ def at(delay: float) -> EvidenceHypothesis:
 @pytest.fixture
 def parabola(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fits at a delay are looked up on the parabola."""
-    monkeypatch.setattr(sensor_delay, "_at_delay", lambda nominal, hypothesis, delay: at(delay))
+    monkeypatch.setattr(relinearised, "_at_delay", lambda nominal, hypothesis, delay: at(delay))
 
 
 @pytest.mark.usefixtures("parabola")
 @pytest.mark.parametrize("start", [0.02, 0.0175, 0.0262])
 def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
     """The delay is exact between the steps, and its spread that of the score."""
-    found = sensor_delay.estimate_sensor_delay(at(0.0), at(start))
+    found = relinearised.estimate_sensor_delay(at(0.0), at(start))
     assert found.fitter.windows.delay == pytest.approx(TOP, abs=1e-9)
     assert found.fit.spread(DELAY) == pytest.approx(SIGMA, rel=1e-6)
 
@@ -56,6 +59,33 @@ def test_the_top_of_the_parabola_is_found_with_its_spread(start: float) -> None:
 def test_no_top_no_spread() -> None:
     """On a slope the middle stays, and the spread is the prior's."""
     near = [at(0.030), at(0.032)]
-    found = sensor_delay.parabola_peak(at(0.0), at(0.031), near)
+    found = relinearised.parabola_peak(at(0.0), at(0.031), near)
     assert found.fitter.windows.delay == 0.031
     assert found.fit.spread(DELAY) == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize("late", [0.4, 1.5, 3.2, -1.5])
+def test_a_shift_follows_an_oscillation_between_the_rows(late: float) -> None:
+    """Half way between rows a cubic misses it by 3/128 (w T)^4, a straight line by (w T)^2 / 8."""
+    rows, turn = np.arange(60), 2.0 * np.pi * 5.0 * 0.01
+    error = delaying(60, late) @ np.sin(turn * rows) - np.sin(turn * (rows - late))
+    assert np.abs(error[6:-6]).max() < 1.01 * 3.0 / 128.0 * turn**4
+    assert np.abs(delaying(60, late) @ (2.0 * rows - 1.0) - 2.0 * (rows - late) + 1.0).max() < 1e-12
+
+
+def test_a_number_that_late_sensors_had_moved_is_right() -> None:
+    """Held, and nothing named changes or adds to it: right. Else, or not held: still wrong."""
+    keys = ("lag.t", "mass.mass", "drag.c", "table.a")
+    moved = [MovedNumber(key=key, change=0.01, sigmas=5.0, unknown=0.1) for key in keys]
+    first: Any = SimpleNamespace(stated_wrong=tuple(moved))
+    named = [
+        SimpleNamespace(instance="drag", all_keys=("drag.c",)),
+        SimpleNamespace(instance="payload_base", all_keys=("payload_base.mass",)),
+    ]
+    effects = {"lag": 0, "mass": "", "drag": 0.0, "payload_base": "", "table": None}
+    problem: Any = SimpleNamespace(
+        plant=SimpleNamespace(candidate_set=SimpleNamespace(effects=effects))
+    )
+    second: Any = SimpleNamespace(claims=[SimpleNamespace(candidate=c) for c in named])
+    left = still_wrong(problem, first, second, ["lag.t", "mass.mass", "drag.c"])
+    assert [m.key for m in left] == ["mass.mass", "drag.c", "table.a"]

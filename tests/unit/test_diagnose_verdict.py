@@ -16,7 +16,7 @@ from seals.errors import LogError
 from seals.plugins.effects.rotor_drag import DragRotor
 from seals.plugins.effects.rotor_lag import RotorLag
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.data.frozen import refuse_frozen
+from seals.sysid.data.standing import refuse_frozen
 from seals.sysid.decision import evidence
 from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong

@@ -10,7 +10,7 @@ import pytest
 from seals.logs.log import Log
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.samples import Samples, _followed
-from seals.sysid.data.still_joints import joints_at_rest, still_joints
+from seals.sysid.data.standing import joints_at_rest, still_joints
 from seals.sysid.data.vehicle import read_vehicle
 
 SIGMA = 1e-3

@@ -20,7 +20,7 @@ OTHER_MEANING = {
         "inertia",
         "thrust_coefficient",
     },
-    "experiment_design/recording.py": {"inertia"},
+    "experiment_design/flight.py": {"inertia"},
     "experiment_design/scene.py": {"thrust_coefficient"},
     # the mean thrusts of flights are compared with four laws in a form of their own
     "healthy_flights/comparison.py": {"payload", "thrust_coefficient"},

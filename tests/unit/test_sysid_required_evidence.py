@@ -31,9 +31,10 @@ def effect(
     activity: Any = None,
     approximate: bool = False,
     drag_in: int | None = None,
+    family: str = "",
 ) -> Any:
     """Return what the rule reads of a candidate."""
-    known = SimpleNamespace(approximate=approximate, resists=drag_in is not None)
+    known = SimpleNamespace(approximate=approximate, resists=drag_in is not None, family=family)
     variant = {} if drag_in is None else {"medium": drag_in}
     return SimpleNamespace(
         in_arm=in_arm, activity=activity, identification=known, variant=variant, keys=("d.c",)
@@ -80,6 +81,21 @@ def test_a_drag_for_a_time_beside_another_pays_for_the_law_of_that_one(
     assert required_evidence(problem, base, added, surface_error=None) == pytest.approx(required)
     other = effect(activity=(1.0, 2.0))
     assert required_evidence(problem, base, other, surface_error=None) == pytest.approx(37.0)
+
+
+@pytest.mark.parametrize(
+    ("medium", "family", "required"), [(1, "drag", 317.0), (0, "drag", 17.0), (1, "other", 17.0)]
+)
+def test_a_second_power_of_one_drag_pays_for_the_law_of_the_first(
+    medium: int, family: str, required: float
+) -> None:
+    """Laws hold to a few per cent: what a drag leaves over is no further drag."""
+    problem: Any = SimpleNamespace(policy=POLICY, vehicle=SimpleNamespace(servo=False))
+    fit = SimpleNamespace(accounted=lambda keys: 3000.0 * len(keys))
+    first = effect(drag_in=1, family="drag")
+    base: Any = SimpleNamespace(candidates=(first,), score=200.0, fit=fit)
+    added = effect(drag_in=medium, family=family)
+    assert required_evidence(problem, base, added, surface_error=None) == pytest.approx(required)
 
 
 def test_what_an_effect_accounts_for_leaves_others_what_they_can_take() -> None:

@@ -11,7 +11,7 @@ import pytest
 from seals.plugins.effects.wind import Wind
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.decision.turbulence import varying_flow
+from seals.sysid.decision.reasons_against import varying_flow
 
 MASS, ROWS = 2.0, 100
 

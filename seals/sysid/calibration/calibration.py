@@ -15,7 +15,6 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.logs.log import Log
 from seals.sound_numbers import refuse_undefined, trials
-from seals.sysid.calibration.fitting import ROUNDS, Solution, solve
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
@@ -23,19 +22,34 @@ from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.linearise import dynamics_along, predict
-from seals.sysid.predictors.problem import Problem, prepare, refined, windows_of
+from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.problem import (
+    Problem,
+    follow_measurements,
+    linearise_model,
+    prepare,
+    refined,
+    windows_of,
+)
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
+from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
-STAGES = ROUNDS + 2
-"""Stages that a calibration tells of: the log, linearisations, the held-out log."""
 _AT = 1e-6
 """Relative distance from a bound at which a number counts as held by it."""
 _NORMAL90 = 1.6449
 """Half width of a 90 % interval in standard deviations."""
+_SHOWN = 8
+"""Names that a refusal lists."""
+ROUNDS = 8
+"""Linearisations at most; numbers that are 50 % off take three or four."""
+STAGES = ROUNDS + 2
+"""Stages that a calibration tells of: the log, linearisations, the held-out log."""
+_SETTLED = 0.1
+"""Move of every number, in units of its 1-sigma, below which a calibration has settled."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -278,10 +292,6 @@ def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[f
     return level, held_out_misfit(found)
 
 
-_SHOWN = 8
-"""Names that a refusal lists."""
-
-
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:
     """Return the selected numbers, each once, in the order in which they were asked for.
 
@@ -324,3 +334,54 @@ def _meant(name: str, offered: Mapping[str, StatedNumber]) -> list[StatedNumber]
             f"{suggestion(name, offered)}"
         )
     return meant
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """Fit of a calibration.
+
+    Args:
+        fitter: linearised at the fitted values.
+        fit: of the numbers and of all tolerances.
+        rounds: linearisations that it took.
+        settled: whether the last one moved no number by a part of its uncertainty.
+    """
+
+    fitter: Fitter
+    fit: Fit
+    rounds: int
+    settled: bool
+
+
+def solve(
+    problem: Problem, keys: Sequence[str], *, tell: Callable[[int], None] = lambda done: None
+) -> Solution:
+    """Fit the asked parameters and all tolerances, relinearising until the fit converges.
+
+    Args:
+        problem: the log made ready, with the parameters free.
+        keys: of the parameters.
+        tell: takes the number of linearisations done.
+    """
+    fitter = problem.fitter
+    fit = fitter.fit(tuple(keys))
+    done, settled = 1, False
+    tell(done)
+    while done < ROUNDS and not settled:
+        before = fit
+        if problem.samples.posed:
+            trajectory = refined(problem.plant, fitter.trajectory, at=fit.values)
+            fitter = linearise_model(problem.plant, trajectory, fit.values)
+        else:
+            fitter = follow_measurements(fitter, fit.free, at=fit.values, rounds=1)
+        fit = fitter.fit(tuple(keys), start=fit.values)
+        done += 1
+        settled = moved(before, fit, keys) < _SETTLED
+        tell(done)
+    return Solution(fitter=fitter, fit=fit, rounds=done, settled=settled)
+
+
+def moved(before: Fit, after: Fit, keys: Sequence[str]) -> float:
+    """Return the largest change of some parameters in units of their 1-sigma."""
+    steps = [abs(after.values[k] - before.values[k]) / after.spread(k) for k in keys]
+    return float(np.max(steps))

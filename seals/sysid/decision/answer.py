@@ -23,6 +23,7 @@ class Claim(Generic[H]):
         index: of the effect among the candidates of the hypothesis.
         confidence: that it is this effect and no other.
         rivals: names that explain the measurements as well.
+        shared: odds of these names together against the effect's own.
         alike: names that explain them nearly as well, rivals among them.
         settled: names that only their innovations rule out.
     """
@@ -33,6 +34,12 @@ class Claim(Generic[H]):
     rivals: tuple[str, ...] = ()
     alike: tuple[str, ...] = ()
     settled: tuple[str, ...] = ()
+    shared: float = 0.0
+
+    @property
+    def confidence_of_set(self) -> float:
+        """Confidence that it is this effect or one of its rivals."""
+        return self.confidence * (1.0 + self.shared)
 
     @property
     def candidate(self) -> Candidate:
@@ -97,6 +104,7 @@ def claim_against(
         rivals=tuple(near[: rule.listed]),
         alike=tuple(alike[: rule.listed]),
         settled=tuple(settled),
+        shared=sum(closest[name].odds for name in near[: rule.listed]),
     )
 
 
@@ -116,8 +124,12 @@ class Answer(Generic[H]):
 
 
 def reported(claims: Sequence[Claim[H]], rule: TieRule) -> tuple[Claim[H], ...]:
-    """Return the first claim and the further ones that are confident enough."""
-    return (claims[0], *(c for c in claims[1:] if c.confidence > rule.further))
+    """Return the first claim and the further ones that are confident enough, as sets.
+
+    Two names that explain a further effect equally well halve each other's confidence, and the
+    effect is there all the same.
+    """
+    return (claims[0], *(c for c in claims[1:] if c.confidence_of_set > rule.further))
 
 
 def verdict_of(claims: Sequence[Claim[H]]) -> Verdict:

@@ -68,6 +68,7 @@ def _one_set(
         confidence=1.0 / (1.0 + len(names)),
         rivals=names,
         alike=names,
+        shared=float(len(names)),
     )
     return [claim, *(c for c in claims if c not in sides)]
 

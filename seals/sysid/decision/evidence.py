@@ -11,13 +11,16 @@ import numpy as np
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, reported, verdict_of
 from seals.sysid.decision.data_sheet import with_data_sheet
-from seals.sysid.decision.drag_power import other_power
-from seals.sysid.decision.general_law import better_general_law
 from seals.sysid.decision.intervals import holds_zero
-from seals.sysid.decision.known_centre import unlocated
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
+from seals.sysid.decision.reasons_against import (
+    better_general_law,
+    other_power,
+    steady_change,
+    unlocated,
+    varying_flow,
+)
 from seals.sysid.decision.required_evidence import required_evidence
-from seals.sysid.decision.turbulence import steady_change, varying_flow
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import LATE, Problem
 from seals.sysid.predictors.surface_model_error import surface_model_error

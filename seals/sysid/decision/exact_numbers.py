@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
+from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.decision.evidence import EvidenceAnswer
+from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Linearisation, Problem
 from seals.sysid.scores.held_out import held_out_misfit
@@ -24,7 +26,8 @@ def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]
     """Return the keys of the numbers that a second search holds at their stated values.
 
     A moved number is held together with the others of its effect, such as the three coordinates of
-    a centre of gravity; one that no effect of the library changes keeps its tolerance.
+    a centre of gravity, or alone where the effect adds to it, as a payload does to a stated mass;
+    one that no effect of the library changes keeps its tolerance.
 
     Args:
         problem: of the log.
@@ -32,9 +35,16 @@ def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]
     """
     known = problem.plant.candidate_set
     moved = {m.key for m in answer.stated_wrong}
-    keys = (c.all_keys for c in known.candidates if moved & set(c.all_keys))
+    keys = [c.all_keys for c in known.candidates if moved & set(c.all_keys)]
+    keys += [(key,) for key in sorted(moved) if _added_to(key, known.candidates, known)]
     found = dict.fromkeys(k for own in keys for k in own)
     return tuple(k for k in found if known.parameters[k].tolerance > 0.0)
+
+
+def _added_to(key: str, candidates: Iterable[Candidate], known: CandidateSet) -> bool:
+    """Return true for a vehicle's own number that a candidate of the same law adds to."""
+    own = known.effects.get(key.partition(".")[0])
+    return any(type(known.effects[c.instance]) is type(own) for c in candidates)
 
 
 def with_exact(problem: Problem, keys: Iterable[str], *, found: int = 0) -> Problem:
@@ -78,3 +88,24 @@ def explains_as_well(
     found = second.claims[0].hypothesis
     most = 1.0 + found.fitter.candidate_set.policy.error_falls
     return held_out_misfit(found) <= most * held_out_misfit(model)
+
+
+def still_wrong(
+    problem: Problem, first: EvidenceAnswer, second: EvidenceAnswer, held: Iterable[str]
+) -> tuple[MovedNumber, ...]:
+    """Return the numbers that remain wrong after a second answer that explains as much.
+
+    A number that was held and whose own effect is not named is right: another effect did what
+    had moved it, such as late sensors a delay of the commands.
+
+    Args:
+        problem: of the log.
+        first: answer with the numbers free within their tolerances.
+        second: answer with some of them held.
+        held: keys of the numbers held.
+    """
+    known = problem.plant.candidate_set
+    named = [claim.candidate for claim in second.claims]
+    mine = {key for candidate in named for key in candidate.all_keys}
+    right = {key for key in set(held) - mine if not _added_to(key, named, known)}
+    return tuple(m for m in first.stated_wrong if m.key not in right)

@@ -117,7 +117,7 @@ class DecisionPolicy:
         "1",
         "share of an effect's evidence asked besides: laws hold to a few per cent, so a constant "
         "effect may fit one part of a log better than another; of a further effect that acts for "
-        "a time the same share of what is explained",
+        "a time, or of a second power of a drag, the same share of what is explained",
     )
     activity_resolution: float = threshold(
         0.1,

@@ -34,11 +34,19 @@ def required_evidence(
         floats = surface_error is not None and surface_error.floats
         if floats or any(c.identification.approximate for c in base.candidates):
             required += policy.first_order_error * base.score
-    if added.activity is not None:
+    if added.activity is not None or _another_power(base, added):
+        # laws hold to a few per cent: one that fits well but not quite needs no second beside it
         required += policy.activity_share * max(base.score, _drag_accounts_for(base, added))
     if problem.vehicle.servo and not added.in_arm:
         required += policy.evidence_arm
     return required
+
+
+def _another_power(base: EvidenceHypothesis, added: Candidate) -> bool:
+    """Return true if a model has a law that differs from the added one by power or form only."""
+    family = added.identification.family
+    same = (c for c in base.candidates if c.identification.family == family)
+    return bool(family) and any(c.variant == added.variant for c in same)
 
 
 def _drag_accounts_for(base: EvidenceHypothesis, added: Candidate) -> float:

@@ -10,13 +10,14 @@ import numpy as np
 from scipy.signal import lfilter
 
 from seals.arrays import Floats
-from seals.batch import TwinState
+from seals.batch import BatchDynamics, TwinState
 from seals.batch.piloted import BatchPilot
 from seals.control import RobotState
-from seals.effects.binding import bind_effects
+from seals.effects.binding import bind_effects, has_hook
 from seals.frames import exponential, matrix_of, quaternion_of_rpy
 from seals.motion import Inputs
 from seals.run.hover_trim import carrying_speeds
+from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.experiment_design.control import (
@@ -27,7 +28,6 @@ from seals.sysid.experiment_design.control import (
 )
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
-from seals.sysid.experiment_design.recording import planned_plant
 from seals.sysid.experiment_design.scene import ARM, CROSSING, WATER, Scene
 from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Problem, transient_rows
@@ -46,6 +46,8 @@ _ESTIMATE = (0.002, 0.004, 0.004, 0.001)
 """Noise of the estimates: place [m], velocity [m/s], body rates [rad/s], attitude [rad]."""
 _DISCHARGE = 0.002
 """Share of the battery's voltage that goes in a second."""
+LOAD = "mass.mass"
+"""Factor that stands for a known mass at the middle of the base."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,10 +110,6 @@ def rehearse(
     if chosen[0].releases:
         return _dropped(problem, scene, chosen, values)
     return _flown(problem, scene, chosen, values, load=load, seed=seed)
-
-
-LOAD = "mass.mass"
-"""Factor that stands for a known mass at the middle of the base."""
 
 
 def _flown(
@@ -304,3 +302,92 @@ def _release(
         "angular_velocity": [0.3 * spin, 0.0, spin],
         "sigma": sigma,
     }
+
+
+class _Planned(Plant):
+    """Plant whose added inertia varies over the batch if one of its parameters does."""
+
+    def twin(
+        self, values: Mapping[str, Any], batch: int, *, stiff: bool = True, over_steps: bool = False
+    ) -> BatchDynamics:
+        """Batch dynamics of the stated model with changes, see `Plant.twin`."""
+        effects = self.candidate_set.effects
+        arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
+        moved = {n for n in arrays if has_hook(effects[n], "inertia")}
+        full = {
+            key: np.full(batch, np.asarray(values.get(key, 0.0)))
+            for key, parameter in self.candidate_set.parameters.items()
+            if parameter.instance in moved
+        }
+        return super().twin({**values, **full}, batch, stiff=stiff, over_steps=over_steps)
+
+
+def planned_plant(
+    problem: Problem,
+    trajectory: Trajectory | None,
+    lengths: Sequence[int],
+    step: float,
+    *,
+    command: Floats,
+    joint_command: Floats,
+    voltage: Floats | None,
+    vehicle: Vehicle | None = None,
+) -> Plant:
+    """Return the model of a vehicle along simulated flights, with the sensors of the log."""
+    vehicle = problem.vehicle if vehicle is None else vehicle
+    ends = np.cumsum(lengths)
+    every, sigma = _sensors(problem, step)
+    rows = int(ends[-1])
+    samples = Samples(
+        time=np.concatenate([np.arange(n) * step for n in lengths]),
+        step=step,
+        runs=tuple((int(e - n), int(e)) for e, n in zip(ends, lengths, strict=True)),
+        channels={} if trajectory is None else _channels(problem, trajectory, every, rows),
+        command=command,
+        voltage=voltage if problem.samples.voltage is not None and vehicle.full_voltage else None,
+        joint_command=joint_command,
+    )
+    return _Planned(
+        replace(vehicle, sigma=sigma),
+        problem.plant.candidate_set,
+        samples,
+        parts=problem.plant.parts if trajectory is None or not len(vehicle.lag) else 1,
+    )
+
+
+def _sensors(problem: Problem, step: float) -> tuple[dict[str, int], dict[str, float]]:
+    """Sampling interval of each channel in rows, and noise of equal information per second."""
+    every, sigma = {}, dict(problem.vehicle.sigma)
+    for name, values in problem.samples.channels.items():
+        given = np.isfinite(values).mean(axis=0)
+        # a column without samples, such as the third axis of a Doppler log, is not read at all
+        rate = float(given[given > 0.0].mean()) / problem.samples.step if given.any() else 0.0
+        every[name] = max(1, round(1.0 / max(rate * step, 1e-9)))
+        sigma[name] *= float(np.sqrt(1.0 / max(rate * every[name] * step, 1e-9)))
+    return every, sigma
+
+
+def _channels(
+    problem: Problem, trajectory: Trajectory, every: Mapping[str, int], rows: int
+) -> dict[str, Floats]:
+    """Return the readings of exact sensors; rows without a sample are NaN.
+
+    The inertial readings stay zero: separations are differences of predictions.
+    """
+    level = problem.vehicle.environment.water_level or 0.0
+    exact = {
+        "position": trajectory.position,
+        "orientation": trajectory.quaternion,
+        "velocity": trajectory.velocity,
+        "depth": level - trajectory.position[:, 2:3],
+        "joint_position": trajectory.joints,
+        "angular_velocity": trajectory.angular_velocity,
+        "specific_force": np.zeros((rows, 3)),
+    }
+    out = {}
+    for name, stride in every.items():
+        if name not in exact:
+            continue
+        seen = np.arange(rows)[:, None] % stride == 0
+        out[name] = np.where(seen, exact[name], np.nan)
+    return out

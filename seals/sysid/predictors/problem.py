@@ -16,10 +16,9 @@ from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated
-from seals.sysid.data.frozen import refuse_frozen
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.samples import Samples, read_samples
-from seals.sysid.data.still_joints import joints_at_rest, still_joints
+from seals.sysid.data.standing import joints_at_rest, refuse_frozen, still_joints
 from seals.sysid.data.supply import typical_shortfall
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle

@@ -149,6 +149,42 @@ def in_place_of_timed(problem: Problem, best: EvidenceHypothesis) -> list[Job]:
     return jobs
 
 
+def of_one_cause(problem: Problem, best: EvidenceHypothesis) -> list[Job]:
+    """Return single effects in place of several that begin and end together.
+
+    They may have one cause, as a weight that is dropped is a lift and a centre of gravity; no
+    screen has judged it against both.
+    """
+    timed = [c.activity for c in best.candidates if c.activity is not None]
+    if len(timed) < max(len(best.candidates), 2) or not _together(problem, timed):
+        return []
+    known = {c.throughout.label for c in best.candidates}
+    jobs: list[Job] = []
+    for candidate in problem.plant.candidate_set.candidates:
+        if candidate.label in known or not may_act_for_a_time(problem, candidate):
+            continue
+        acting = candidate.acting(timed[0])
+        starts = acting.starts or (tuple(0.0 for _ in acting.all_keys),)
+        jobs += [((acting,), dict(zip(acting.all_keys, s, strict=True))) for s in starts]
+    return jobs
+
+
+def _together(problem: Problem, activities: Sequence[Activity]) -> bool:
+    """Return true for effects that begin and end together, as far as times are resolved."""
+    spans = [
+        [
+            (s.log, s.start.value if s.start else -np.inf, s.end.value if s.end else np.inf)
+            for s in activity.spans
+        ]
+        for activity in activities
+    ]
+    near = 2.0 * problem.policy.activity_resolution
+    return all(
+        len(own) == len(spans[0]) and np.allclose(own, spans[0], rtol=0.0, atol=near)
+        for own in spans
+    )
+
+
 def retimed(
     problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis, *, processes: int = 1
 ) -> EvidenceHypothesis:

@@ -35,6 +35,7 @@ from seals.sysid.selection.onsets import (
     ends_with_start,
     in_place_of_timed,
     may_act_for_a_time,
+    of_one_cause,
     proposals,
     retimed,
 )
@@ -190,9 +191,30 @@ class WindowModels:
             if not spare:
                 break
             best = max(spare, key=lambda h: h.score)
+        if len(best.candidates) > 1:
+            best, one = self._of_one_cause(best)
+            tried += one
         alone = len(best.candidates) == 1 and best.candidates[0].activity is not None
         if alone and not self._bears_out(self.nominal, best):
             best = self.nominal
+        return best, tried
+
+    def _of_one_cause(
+        self, best: EvidenceHypothesis
+    ) -> tuple[EvidenceHypothesis, list[EvidenceHypothesis]]:
+        """Return one effect in place of several that begin and end together, where it does as well.
+
+        Its fit about the values of the others is rough: those that are not far behind are repeated.
+        """
+        jobs = of_one_cause(self.problem, best)
+        tried = fitted(best.fitter, jobs, self.nominal, best, processes=self.processes)
+        tried = [
+            refit_about_own_values(self.problem, self.nominal, h)
+            for h in sorted(tried, key=lambda h: -h.score)[: self.problem.budget.relinearised]
+        ]
+        rival = max(tried, key=lambda h: h.score, default=best)
+        if rival.score > best.score:
+            return self._retimed(rival), tried
         return best, tried
 
     def _on_its_own(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from seals.motion import Reading
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory, difference
 from seals.sysid.predictors.linearise import Dynamics, Prediction
+from seals.sysid.predictors.windows import interpolation
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.scene import VEHICLE, build_scene
 from seals.world import World
@@ -314,9 +314,8 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     return np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
 
 
-def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
+def between_rows(values: Floats, at: Floats) -> Floats:
     """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
-    low = np.clip(np.floor(at).astype(int), 0, values.shape[1] - 2)
-    share = (at - low)[None, :, None]
-    found: Floats = values[:, low] + share * (values[:, low + 1] - values[:, low])
+    chosen, weights = interpolation(values.shape[1], at)
+    found: Floats = (weights[:, :, None] * values[:, chosen]).sum(axis=1)
     return found

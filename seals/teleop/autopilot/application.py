@@ -48,6 +48,11 @@ def execute(config: Any) -> int | None:
                 f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
                 f"Leave it out, or give {kind}={usual}"
             )
+    if not settings.actuators:
+        raise ConfigError(
+            "robot: it has no actuators, so an autopilot has nothing to command.\n"
+            "Give a robot with rotors or thrusters, such as robot=hexacopter or robot=auv"
+        )
     link = _open_link(config, settings.time.step)
     try:
         print(f"listening on {link.where}", flush=True)

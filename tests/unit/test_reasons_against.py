@@ -10,7 +10,7 @@ import pytest
 from seals.effects.effect import MediumKind
 from seals.effects.identification import Identification
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision import drag_power
+from seals.sysid.decision import reasons_against
 
 KEYS = ("foam.x", "foam.y", "foam.z")
 
@@ -35,5 +35,5 @@ def test_a_law_of_another_form_keeps_its_name(
     problem: Any = SimpleNamespace(
         samples=SimpleNamespace(posed=True), impact=False, policy=SimpleNamespace(other_power=0.5)
     )
-    monkeypatch.setattr(drag_power, "fitted_change", lambda *given: (1.2, 0.1))
-    assert bool(drag_power.other_power(problem, best)) is asked
+    monkeypatch.setattr(reasons_against, "fitted_change", lambda *given: (1.2, 0.1))
+    assert bool(reasons_against.other_power(problem, best)) is asked
