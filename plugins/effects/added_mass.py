@@ -169,8 +169,9 @@ class AddedMass(Effect):
         angular = np.where(turn > 0.0, np.maximum(0.5 * turn, least), np.maximum(0.5 * own, least))
         order = (Stage.water, 0, 2)
         parameters = {
-            **along_axes("mass", share * mass, linear),
-            **along_axes("inertia", share * turn, angular),
+            # a body that drags no fluid along is the least: less would let thrusts go to nothing, too
+            **along_axes("mass", share * mass, linear, low=-mass),
+            **along_axes("inertia", share * turn, angular, low=-turn),
         }
         words = {} if subject.simulated_step is not None else cls.log_words
         effect = cls(**{**words, **cls.options_on(subject.robot, subject.effects, None)})

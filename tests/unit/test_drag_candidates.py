@@ -185,14 +185,16 @@ def test_an_added_mass_that_is_missing_altogether_is_as_large_as_the_hull(tmp_pa
     """6 kg of water that a box displaces; else half of what is stated, 5 kg, or a third of those 6.
 
     With a third of it at most, the fit of a vehicle that lacks 1.4 times its displaced water along
-    one axis made all thrusts weaker instead.
+    one axis made all thrusts weaker instead. No more can be missing than what is stated: a vehicle
+    of negative added mass whose thrusts are a tenth moves as one whose thrusters lose at speed.
     """
     meta = read_native(ran(tmp_path / "run", *BOX)).meta
 
-    def scale() -> float:
+    def sizes() -> tuple[float, float]:
         found = candidate_set_of(read_vehicle(meta, None), speeds=np.ones(3)).parameters
-        return float(found["added_mass_change.mass_z"].scale)
+        change = found["added_mass_change.mass_z"]
+        return float(change.scale), float(change.bounds[0])
 
-    assert scale() == pytest.approx(2.5)
+    assert sizes() == pytest.approx((2.5, -5.0))
     meta["baseline"] = [e for e in meta["baseline"] if e["name"] != "added_mass"]
-    assert scale() == pytest.approx(6.0, rel=0.01)
+    assert sizes() == pytest.approx((6.0, 0.0), rel=0.01)
