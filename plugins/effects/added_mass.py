@@ -169,7 +169,7 @@ class AddedMass(Effect):
         angular = np.where(turn > 0.0, np.maximum(0.5 * turn, least), np.maximum(0.5 * own, least))
         order = (Stage.water, 0, 2)
         parameters = {
-            # a body that drags no fluid along is the least: less would let thrusts go to nothing, too
+            # the least is to drag no fluid along: below it, thrusts may go to nothing, too
             **along_axes("mass", share * mass, linear, low=-mass),
             **along_axes("inertia", share * turn, angular, low=-turn),
         }
