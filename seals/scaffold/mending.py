@@ -227,7 +227,7 @@ def _rounded_off(tensor: Floats) -> Floats | None:
 
 
 def add_inertials(robot: UrdfDraft, hulls: Mapping[str, LinkHull], density: float) -> list[str]:
-    """Add mass properties to links without ``<inertial>``, from their shapes.
+    """Give links without ``<inertial>``, or of mass 0, the mass properties of their shapes.
 
     Each shape counts as an even box of its own volume's mass: its inertia is exact for boxes, a
     fifth too large for cylinders and two thirds for spheres.
@@ -242,7 +242,9 @@ def add_inertials(robot: UrdfDraft, hulls: Mapping[str, LinkHull], density: floa
     """
     changed = []
     for name, link in robot.links.items():
-        if link.find("inertial") is None and name in hulls:
+        if mass_of(link) <= 0.0 and name in hulls:
+            for stated in link.findall("inertial"):
+                link.remove(stated)
             link.insert(0, _inertial(hulls[name], density))
             changed.append(name)
     return changed

@@ -131,6 +131,7 @@ def _fill(
         links = add_inertials(source, hulls_of(source, folder), density)
         words = f"mass at {density:g} kg/m^3 of its shapes given to: {', '.join(links) or 'none'}"
         source.changes.append(words)
+    source.bolt_base_of_no_mass()
     path = folder / f"{name}.urdf"
     source.write(path)
     settings = RobotSettings(

@@ -218,6 +218,17 @@ class Takeover(UrdfDraft):
                 f"moves against the world by: {', '.join(self.rig[:6])}; no servo holds them"
             )
 
+    def bolt_base_of_no_mass(self) -> None:
+        """Bolt a base whose stated mass is 0 to the world, as PyBullet takes such a file."""
+        bases = [self.links[name] for name in self.bases]
+        if len(bases) == 1 and not self.fixed_base and bases[0].find("inertial/mass") is not None:
+            self.fixed_base = mass_of(bases[0]) <= 0.0
+            if self.fixed_base:
+                self.changes.append(
+                    f"base link '{self.bases[0]}' has a mass of 0: bolted to the world "
+                    "(density=500 gives it mass and lets it go)"
+                )
+
     def _drop_dummy_base(self) -> None:
         """Remove base links that are only a frame, such as ``base_footprint``, drawn or not."""
         while True:

@@ -211,6 +211,19 @@ def test_a_density_gives_links_their_mass(tmp_path: Path) -> None:
     assert new.robot.inertia[0] == pytest.approx(wanted, rel=1e-5, abs=1e-9)
 
 
+def test_a_base_of_mass_zero_is_bolted_to_the_world(tmp_path: Path) -> None:
+    """As engines take such files of arms; a density gives it mass and lets it go."""
+    hinge = joint("arm", "base", "0 0 0.1", "revolute", limit(-1.0, 1.0))
+    base = link("base", 0.0, BOX.format("0.1 0.1 0.1"), i=0.01)
+    urdf = write(tmp_path / "from", base + hinge + link("arm", 1.0, low=0.1, i=0.01))
+    new = scaffold_robot("bolted", urdf, parent=tmp_path)
+    assert yaml.safe_load((new.folder / "robot.yaml").read_text())["fixed_base"] is True
+    assert "'base' has a mass of 0: bolted to the world" in " ".join(new.changes)
+    freed = scaffold_robot("freed", urdf, parent=tmp_path, density=500.0)
+    assert yaml.safe_load((freed.folder / "robot.yaml").read_text())["fixed_base"] is False
+    assert freed.robot.mass.tolist() == [0.5, 1.0]
+
+
 def test_a_frame_as_base_is_left_out(tmp_path: Path) -> None:
     """An empty base on a fixed joint goes, and the first link with mass is the base."""
     elements = '<link name="base_footprint"/>' + joint("body", "base_footprint", "0 0 1") + quad()
