@@ -351,7 +351,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "twin_that_diverges",
     ),
     "robot without inertia": Guard(
-        "seals.coupling.locked",
+        "seals.coupling.body",
         "except np.linalg.LinAlgError as cause:",
         "except KeyError as cause:",
         FOUND,

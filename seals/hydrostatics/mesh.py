@@ -1,16 +1,148 @@
-"""Hull of a closed triangle mesh."""
+"""Hull of a closed triangle mesh, cut by many planes: the divergence theorem over its faces."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import RobotError
-from seals.hydrostatics.clipping import Faces, clip_mesh
 from seals.hydrostatics.placed import axes_of, checked_triple
 from seals.hydrostatics.wetted import DRY, ZERO, Sums, Vector, Wetted, frozen, wetted_of
+
+SUMS = 9
+"""Columns of the face sums: <1>, <g>, <g^2>, <x> (3), <x g> (3)."""
+
+
+class Clipped(NamedTuple):
+    """Wetted sums of a mesh, for several normals and several levels each.
+
+    Args:
+        volume: [m^3], shape (normals, levels).
+        moment: first moments about the link origin [m^4], shape (normals, levels, 3).
+        area: waterplane area [m^2], shape (normals, levels).
+        area_moment: first moments of the waterplane [m^3], shape (normals, levels, 3).
+    """
+
+    volume: Vector
+    moment: Vector
+    area: Vector
+    area_moment: Vector
+
+
+class Faces:
+    """The faces of a closed, outward-wound mesh, prepared for cutting.
+
+    Args:
+        corners: of the faces [m], shape (faces, 3, 3).
+    """
+
+    def __init__(self, corners: Vector) -> None:
+        self.corners = np.ascontiguousarray(corners, dtype=np.float64)
+        self.flat = np.ascontiguousarray(self.corners.transpose(2, 1, 0).reshape(3, -1))
+        self.total = self.corners.sum(axis=1)
+        edges = self.corners[:, 1:] - self.corners[:, :1]
+        self.vectors = np.ascontiguousarray(0.5 * np.cross(edges[:, 0], edges[:, 1]).T)
+
+
+def clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> Clipped:
+    """Cut a mesh by the planes up . x = level.
+
+    Equation: with N = (area vector of a face) . up and g = up . x - level, summed over the faces,
+        V = sum N <g>, M = sum N (<x g> - up <g^2> / 2), A = -sum N <1>, M_A = up V - sum N <x>,
+        <.> being the integral over the wet part divided by the area of the face. The fields vanish
+        on the surface plane, so the waterplane itself adds nothing to V and M. A face that crosses
+        the surface is wet in one small triangle at its lowest corner, or dry in one at its highest.
+
+    Args:
+        faces: the mesh.
+        ups: unit normals of the surface, shape (normals, 3).
+        levels: heights of the surface above the link origin [m], shape (normals, levels).
+    """
+    heights = (ups @ faces.flat).reshape(len(ups), 3, -1)
+    lean = ups @ faces.vectors
+    level = levels[:, :, None]
+    low, middle, high = (ranked[:, None] for ranked in _ranked(heights))
+    above = middle < level
+    sums = _whole(faces, heights, lean, levels, above)
+    crossing = tuple(np.nonzero((low < level) & (level < high)))
+    if len(crossing[0]):
+        sums += _cut(faces, heights, lean, levels, crossing)
+    area = -sums[..., 0]
+    volume = sums[..., 1]
+    up = ups[:, None, :]
+    moment = sums[..., 6:9] - (0.5 * sums[..., 2])[..., None] * up
+    return Clipped(volume, moment, area, up * volume[..., None] - sums[..., 3:6])
+
+
+def _ranked(heights: Vector) -> tuple[Vector, Vector, Vector]:
+    """Return lowest, middle and highest corner of each face, faster than a sort of three."""
+    a, b, c = heights[:, 0], heights[:, 1], heights[:, 2]
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    return np.minimum(low, c), np.maximum(low, np.minimum(high, c)), np.maximum(high, c)
+
+
+def _whole(
+    faces: Faces, heights: Vector, lean: Vector, levels: Vector, above: NDArray[np.bool_]
+) -> Vector:
+    """Return the sums over the faces that are submerged, all of them or all but one corner."""
+    a, b, c = heights[:, 0], heights[:, 1], heights[:, 2]
+    h = a + b + c
+    squares = a * a + b * b + c * c
+    products = np.einsum("fci,ncf->nfi", faces.corners, heights)
+    columns = np.empty((*lean.shape, SUMS))
+    columns[..., 0] = lean
+    columns[..., 1] = lean * h * (1.0 / 3.0)
+    columns[..., 2] = lean * (h * h + squares) * (1.0 / 12.0)
+    columns[..., 3:6] = faces.total * (lean * (1.0 / 3.0))[..., None]
+    columns[..., 6:9] = (faces.total * h[..., None] + products) * (lean * (1.0 / 12.0))[..., None]
+    sums = above.astype(np.float64) @ columns
+    # move the origin of g from the link origin to the surface
+    p = levels
+    sums[..., 6:9] -= p[..., None] * sums[..., 3:6]
+    sums[..., 2] += p * (p * sums[..., 0] - 2.0 * sums[..., 1])
+    sums[..., 1] -= p * sums[..., 0]
+    return np.asarray(sums)
+
+
+def _cut(
+    faces: Faces,
+    heights: Vector,
+    lean: Vector,
+    levels: Vector,
+    crossing: tuple[NDArray[np.int64], ...],
+) -> Vector:
+    """Return the triangles at cut corners: added at a lowest corner, subtracted at a highest."""
+    n, j, f = crossing
+    h = heights[n, :, f]
+    p = levels[n, j]
+    order = np.argsort(h, axis=1)
+    rows = np.arange(len(p))
+    top = h[rows, order[:, 1]] < p
+    apex, mid = np.where(top, order[:, 2], order[:, 0]), order[:, 1]
+    far = 3 - apex - mid
+    g = h[rows, apex] - p
+    alpha = g / (h[rows, apex] - h[rows, mid])
+    beta = g / (h[rows, apex] - h[rows, far])
+    weight = np.where(top, -lean[n, f], lean[n, f]) * alpha * beta
+    a = faces.corners[f, apex]
+    spread = (faces.corners[f, mid] - a) * alpha[:, None] + (faces.corners[f, far] - a) * beta[
+        :, None
+    ]
+    terms = np.empty((SUMS, len(p)))
+    terms[0] = weight
+    terms[1] = weight * g * (1.0 / 3.0)
+    terms[2] = weight * g * g * (1.0 / 6.0)
+    terms[3:6] = (a + spread * (1.0 / 3.0)).T * weight
+    terms[6:9] = (4.0 * a + spread).T * (weight * g * (1.0 / 12.0))
+    if levels.size == 1:
+        return np.asarray(terms.sum(axis=1)[None, None, :])
+    cell = n * levels.shape[1] + j
+    sums = [np.bincount(cell, weights=term, minlength=levels.size) for term in terms]
+    return np.asarray(np.stack(sums, axis=-1).reshape(*levels.shape, SUMS), dtype=np.float64)
+
 
 PLAN_LEVELS = 129
 """Levels searched for the largest horizontal section."""

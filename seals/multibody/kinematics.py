@@ -21,7 +21,7 @@ from seals.multibody.tree import Tree
 from seals.state_records import state_record
 
 if TYPE_CHECKING:
-    from seals.multibody.kept_terms import KeptTerms
+    from seals.multibody.equations import KeptTerms
 
 _EYE = np.eye(3)
 

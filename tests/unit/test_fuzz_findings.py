@@ -17,7 +17,7 @@ import pytest
 
 from seals.cli.train import _begun
 from seals.control.key_events import read_track
-from seals.coupling.locked import locked_kick
+from seals.coupling.body import locked_kick
 from seals.errors import ConfigError, LogError, PhysicsError, RobotError
 from seals.hydrostatics.meshes import MOST_WORK, hull_from_mesh
 from seals.learn.comparison.runs import read_run
