@@ -184,7 +184,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "too_large and basin",
     ),
     "size of a window": Guard(
-        "seals.plugins.fluids.moving_domain.simulation",
+        "seals.plugins.fluids.moving_domain.fluid",
         "        refuse_large(math.prod(box.counts), box.boundary, settings.most)\n",
         "",
         COUNTS,

@@ -382,7 +382,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "lz4",
     ),
     "views of a database": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         '.startswith("TABLE CREATE TABLE")',
         '.startswith("")',
         RECORDINGS,
@@ -390,7 +390,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "computed columns": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         "if row[6] == 0",
         "",
         RECORDINGS,
@@ -398,10 +398,10 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "read-only database": Guard(
-        "seals.plugins.readers.rosbag2_file", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
+        "seals.plugins.readers.recording", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
     ),
     "files of a bag": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         " or not file.resolve().is_relative_to(place.resolve())",
         "",
         RECORDINGS,
@@ -409,14 +409,14 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "fields of a ULog": Guard(
-        "seals.plugins.readers.ulog_file",
+        "seals.plugins.readers.ulog",
         "if len(layout) > _MOST_FIELDS:",
         "if False:",
         BOUNDS,
         "fields",
     ),
     "depth of a ULog": Guard(
-        "seals.plugins.readers.ulog_file", " or depth > _DEEPEST", "", ULOG, "itself"
+        "seals.plugins.readers.ulog", " or depth > _DEEPEST", "", ULOG, "itself"
     ),
     "objects in an array": Guard(
         "seals.logs.arrays", 'if dtype.kind not in "fiu":', "if False:", BROKEN, "pickled_array"

@@ -20,7 +20,6 @@ from seals.plugins.fluids.tank.basin import (
     build_basin,
     walls_of,
 )
-from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
     Maker,
@@ -28,7 +27,7 @@ from seals.plugins.fluids.tank.settings import (
     SeaState,
     WindSettings,
 )
-from seals.plugins.fluids.tank.simulation import apply_beach, apply_wind
+from seals.plugins.fluids.tank.simulation import Paddle, PaddlePlate, apply_beach, apply_wind
 
 G = 9.81
 

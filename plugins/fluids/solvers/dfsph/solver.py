@@ -14,9 +14,9 @@ from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.plugins.fluids.solvers.dfsph.device.incompressible import (
     QUANTUM,
     Incompressible,
+    SharedParts,
     SolverFields,
 )
-from seals.plugins.fluids.solvers.dfsph.device.shared import SharedParts
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
 
 if TYPE_CHECKING:
