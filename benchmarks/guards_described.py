@@ -177,7 +177,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "seals.learn.networks", "    _refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
     ),
     "size of a basin": Guard(
-        "seals.plugins.fluids.tank.simulation",
+        "seals.plugins.fluids.tank.fluid",
         "        refuse_large(math.prod(basin.counts), basin.boundary, settings.most)\n",
         "",
         COUNTS,
@@ -313,7 +313,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "states_no_noise",
     ),
     "list of rotors": Guard(
-        "seals.logs.check_thrust",
+        "seals.logs.check_motion",
         "listed = stated if isinstance(stated, list | tuple) else ()",
         "listed = stated or []",
         FOUND,

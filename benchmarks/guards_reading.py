@@ -7,7 +7,7 @@ from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
 BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 READING = "tests/unit/test_untrusted_io.py"
-PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
+PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.table"
 CLOCK, FORGED = "tests/unit/test_logs_clock.py", "tests/unit/test_parquet_forged.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
@@ -327,21 +327,21 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "another_unit",
     ),
     "span of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "if steps > max(_MOST_STEPS, _FILLED * time.size) or span > _LONGEST_SPAN:",
         "if False:",
         CLOCK,
         "absurd_times",
     ),
     "steps of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "absurd = median >= _ABSURD_STEP",
         "absurd = False",
         CLOCK,
         "absurd",
     ),
     "shortest step of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "if 0.0 < median < _SHORTEST_STEP:",
         "if False:",
         CLOCK,

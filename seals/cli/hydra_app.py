@@ -163,7 +163,7 @@ def launch(
     from seals.config.recipes import experiments
     from seals.config.refusal import refusals
     from seals.config.source import install
-    from seals.sweep.checking import checked_by_value
+    from seals.sweep.job import checked_by_value
     from seals.sweep.watch import Sweep, watched
 
     sweeping = any(word in MULTIRUN for word in arguments)
@@ -225,7 +225,7 @@ def _perform(given: argparse.Namespace, root: str, outcome: _Outcome) -> None:
     from hydra.core.global_hydra import GlobalHydra
     from hydra.types import RunMode
 
-    from seals.sweep.checking import sets_mode
+    from seals.sweep.job import sets_mode
 
     hydra: Any = GlobalHydra.instance().hydra
     words = given.overrides

@@ -238,7 +238,7 @@ def _residual(case: Case, channel: str, first: ModelVariant, last: ModelVariant,
 
 def _marks(case: Case) -> tuple[Mark, ...]:
     """Times at which the regime changes."""
-    from seals.compare.regimes import Regime
+    from seals.compare.case import Regime
 
     change = np.flatnonzero(np.diff(case.regime)) + 1
     return tuple(

@@ -12,9 +12,8 @@ from typing import Any
 
 from seals.drawn_text import readable
 from seals.logs.atomic import write_text
-from seals.report.bars import Bars, drawn_bars
+from seals.report.bars import Bars, Columns, drawn, drawn_bars
 from seals.report.blocks import Block, Choice, Fold, Section
-from seals.report.drawing import Columns, drawn
 from seals.report.figures import Chart
 
 

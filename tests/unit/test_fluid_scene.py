@@ -14,11 +14,17 @@ from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.fluids.coupling import HeightField, clear_of, refuse_large
 from seals.plugins.fluids.sampling import Samples
-from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.tank.basin import (
     Basin,
     build_basin,
     walls_of,
+)
+from seals.plugins.fluids.tank.fluid import (
+    Paddle,
+    PaddlePlate,
+    apply_beach,
+    apply_wind,
+    sample_solid,
 )
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
@@ -27,7 +33,6 @@ from seals.plugins.fluids.tank.settings import (
     SeaState,
     WindSettings,
 )
-from seals.plugins.fluids.tank.simulation import Paddle, PaddlePlate, apply_beach, apply_wind
 
 G = 9.81
 

@@ -24,7 +24,7 @@ from seals.logs import Log
 from seals.logs.native import read_native
 from seals.plugins.guides.stick import Stick, StickState
 from seals.robot.limbs import Arm, Gripper
-from seals.teleop.demonstration import sampled
+from seals.teleop.application import sampled
 from seals.teleop.device import Script
 from seals.teleop.person import pygame_of, settled
 

@@ -50,7 +50,7 @@ def solids(kinds: tuple[str, ...], rng: np.random.Generator) -> list[Shape]:
 @pytest.mark.parametrize("kind", [*SIZES, "all"])
 def test_hits_are_those_of_numpy(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Distance, normal and shape of ten thousand rays, axes of the world among them."""
-    from seals.sensors.tensor_casting import scene_of, tensor_cast
+    from seals.sensors.tensor_echoes import scene_of, tensor_cast
 
     monkeypatch.setattr(casting, "_embree", lambda corners: None)
     casting._trees.clear()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from seals.rendering.optics import Optics, Sight, SurfaceAiry, SurfaceStill
-from seals.rendering.optics.crossing import crossing
+from seals.rendering.optics.chain import crossing
 from seals.rendering.optics.interface import fresnel
 
 Floats = NDArray[np.float64]
