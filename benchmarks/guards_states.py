@@ -235,7 +235,7 @@ STORED_STATES: dict[str, Guard] = {
     ),
     "particles of a state": Guard(
         "seals.plugins.fluids.solvers.device_solver",
-        "        check_state(arrays, self.capacity)\n",
+        "        _check_state(arrays, self.capacity)\n",
         "",
         WATER,
         "forged_snapshot",

@@ -70,7 +70,7 @@ def solids(messages: Any, stamp: Any, settings: RunSettings, world: World) -> It
         )
 
 
-def arrows(messages: Any, stamp: Any, space: str, actor: Actor, scale: float) -> Iterator[Any]:
+def _arrows(messages: Any, stamp: Any, space: str, actor: Actor, scale: float) -> Iterator[Any]:
     """Yield an entity for each effect that pushes, with an arrow at each link.
 
     Args:
@@ -132,7 +132,7 @@ SHAPES = 1.0
 """How often all shapes are sent [Hz]."""
 
 
-def sdk() -> Any:
+def _sdk() -> Any:
     """Return the package of Foxglove.
 
     Raises:
@@ -179,7 +179,7 @@ class LiveFoxglove:
             MissingExtra: foxglove-sdk is not installed.
             ConfigError: the address cannot be had.
         """
-        foxglove = sdk()
+        foxglove = _sdk()
         self._beat, self._pace, self._shapes = Beat(self.rate), Pace(self.speed), Beat(SHAPES)
         self._settings = settings
         self._context = foxglove.Context()
@@ -223,7 +223,7 @@ class LiveFoxglove:
         raise ConfigError("live=foxglove finds no address of this machine.\nAllowed: 127.0.0.1")
 
     def _json(self, topic: str) -> Any:
-        return sdk().Channel(topic, message_encoding="json", context=self._context)
+        return _sdk().Channel(topic, message_encoding="json", context=self._context)
 
     def tick(self, world: World) -> None:
         """Send new rows, and wait for the clock."""
@@ -240,7 +240,7 @@ class LiveFoxglove:
 
     def _poses(self, world: World, now: int) -> None:
         """Send frames, shapes and forces."""
-        messages = sdk().messages
+        messages = _sdk().messages
         stamp = messages.Timestamp(now // 10**9, now % 10**9)
         frames, entities = [], list[Any]()
         if self._shapes.due(world.time):
@@ -261,7 +261,7 @@ class LiveFoxglove:
                         rotation=messages.Quaternion(x=x, y=y, z=z, w=w),
                     )
                 )
-            entities += arrows(messages, stamp, space, actor, self.force_scale)
+            entities += _arrows(messages, stamp, space, actor, self.force_scale)
         self._channels["/tf"].log(messages.FrameTransforms(transforms=frames), log_time=now)
         self._channels["/scene"].log(messages.SceneUpdate(entities=entities), log_time=now)
 

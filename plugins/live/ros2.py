@@ -51,7 +51,7 @@ def _type_key(kind: str) -> str:
     return f"{package}::{folder}::dds_::{name}_"
 
 
-def topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
+def _topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
     """Return the key expression of a topic.
 
     Example:
@@ -157,7 +157,7 @@ class ZenohNode:
         type_hash = self._store.hash_rihs01(message)
         mangled = f"/{full}".replace("/", "%")
         token = self._declare(kind, f"/{mangled}/{_type_key(message)}/{type_hash}/{QOS}")
-        return topic_key(self._domain, full, message, type_hash), token
+        return _topic_key(self._domain, full, message, type_hash), token
 
     def publish(self, topic: str, kind: str, message: Any) -> None:
         """Send a message."""
@@ -313,7 +313,7 @@ class LiveRos2:
         """Return the keys of topics of given types."""
         space, hashed = f"{self.namespace}/" * bool(self.namespace), self._messages.store
         return [
-            topic_key(self.domain, f"{space}{topic}", kind, hashed.hash_rihs01(kind))
+            _topic_key(self.domain, f"{space}{topic}", kind, hashed.hash_rihs01(kind))
             for topic, kind in topics
         ]
 

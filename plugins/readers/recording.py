@@ -68,7 +68,7 @@ def _storages(place: Path) -> list[Path]:
     return files
 
 
-def rosbag2_messages(place: Path, wants: Wants, present: dict[str, str]) -> Iterator[Message]:
+def _rosbag2_messages(place: Path, wants: Wants, present: dict[str, str]) -> Iterator[Message]:
     """Yield the wanted messages of a rosbag2.
 
     Args:
@@ -168,7 +168,7 @@ class _State:
     unpacked: int = 0
 
 
-def rosbag1_messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Message]:
+def _rosbag1_messages(path: Path, wants: Wants, present: dict[str, str]) -> Iterator[Message]:
     """Yield the wanted messages of a bag.
 
     A file that ends within a record, as after a loss of power, is read up to its last whole one.
@@ -378,7 +378,7 @@ class ReaderRosbag2(Recording):
         path: folder or file.
     """
 
-    source: ClassVar[Source] = staticmethod(rosbag2_messages)
+    source: ClassVar[Source] = staticmethod(_rosbag2_messages)
     kind: ClassVar[str] = "rosbag2"
 
 
@@ -400,5 +400,5 @@ class ReaderRosbag1(Recording):
         path: the file.
     """
 
-    source: ClassVar[Source] = staticmethod(rosbag1_messages)
+    source: ClassVar[Source] = staticmethod(_rosbag1_messages)
     kind: ClassVar[str] = "bag"

@@ -63,7 +63,7 @@ KNOWN: dict[str, dict[str, str]] = {
 """Type -> column -> path in the message; where two types give a column, the first one does."""
 
 
-def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
+def _decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
     """Decode a message to an object, or to plain data for JSON.
 
     Types are those that ROS ships. Definitions inside a recording are never used: the package
@@ -93,7 +93,7 @@ def decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
         raise LogError(f"{where}: a message of type '{kind}' is damaged ({reason}).") from error
 
 
-def decodable(kind: str, encoding: str) -> bool:
+def _decodable(kind: str, encoding: str) -> bool:
     """Return whether the type has known channels and an encoding that can be read."""
     return kind in KNOWN and encoding in ("cdr", "ros1", "json")
 
@@ -233,7 +233,7 @@ class Choice:
         """Return whether messages of a topic are to be decoded."""
         if topic in self.fields:
             return True
-        return decodable(kind, encoding) and (not self.topics or topic in self.topics)
+        return _decodable(kind, encoding) and (not self.topics or topic in self.topics)
 
 
 @dataclass(kw_only=True)
@@ -290,7 +290,7 @@ def gather(
 def _take(message: Message, found: dict[str, _Gathered], choice: Choice, where: str) -> None:
     topic, kind = message.topic, message.kind
     place = f"'{where}', topic '{topic}'"
-    content = decode(message.raw, kind, message.encoding, where=place)
+    content = _decode(message.raw, kind, message.encoding, where=place)
     got = found.setdefault(topic, _Gathered(kind=kind))
     if got.kind != kind:
         raise LogError(f"{place} has two types, '{got.kind}' and '{kind}'.\nRecord it again.")

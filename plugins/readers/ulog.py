@@ -66,7 +66,7 @@ class _State:
         return np.frombuffer(b"".join(kept), dtype=least)
 
 
-def parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
+def _parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
     """Return the samples of each topic and instance.
 
     A file that ends within a message, as after a loss of power, is read up to its last whole one.
@@ -218,7 +218,7 @@ class ReaderUlog(ReaderTopics):
         where = str(given)
         samples = {
             (topic if instance == 0 else f"{topic}:{instance}"): found
-            for (topic, instance), found in parse(read_bytes(given), where=where).items()
+            for (topic, instance), found in _parse(read_bytes(given), where=where).items()
         }
         shares = {"motor_command": "thrust_share"} if "actuator_motors" in samples else {}
         return [

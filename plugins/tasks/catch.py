@@ -74,7 +74,7 @@ LAP = 8.0
 """Time of a lap on that ring [s]."""
 
 
-def fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
+def _fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
     """Return actions: search, follow, descend, close, lift; begin again when it slipped away.
 
     The last action is its memory: a hand that has begun to close goes on, and one that has begun
@@ -390,4 +390,4 @@ class TaskCatch(TaskReach):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a memoryless scripted diver, shape (N, 4)."""
-        return fetch(self, now, self.seen(now))
+        return _fetch(self, now, self.seen(now))

@@ -34,7 +34,7 @@ Ahead = tuple[Rates, Any] | None
 """Rates to go along before others are found, and for how long [s]; None stays where it is."""
 
 
-class FusedSlopes:
+class _FusedSlopes:
     """Compiled `BatchDynamics.slopes`; arguments that differ between stages are arrays.
 
     Args:
@@ -159,7 +159,7 @@ class BatchDynamics:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
-        self._slopes = FusedSlopes(self.slopes, like) if fused else None
+        self._slopes = _FusedSlopes(self.slopes, like) if fused else None
         # within other fused laws the step is a part of them
         self._whole = compile_law(self._explicit) if fused else None
 

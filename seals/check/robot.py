@@ -45,7 +45,7 @@ SLUGGISH = {"roll": 5.0, "pitch": 5.0, "yaw": 0.5}
 """Angular accelerations below which flying gets hard [rad/s^2]."""
 
 
-def look_at_drives(
+def _look_at_drives(
     robot: RobotModel,
     actuators: Mapping[str, Effect],
     *,
@@ -58,7 +58,7 @@ def look_at_drives(
         robot: the robot.
         actuators: by instance name; servos are passed over.
         steers: whether it commands surge and yaw by thrusters or fins: other axes may be passive.
-        wings: slope of the lift of its level wings in air, from `lift_slope` [m^2].
+        wings: slope of the lift of its level wings in air, from `_lift_slope` [m^2].
 
     Raises:
         ConfigError: the actuators do not fit together or sit on unknown links.
@@ -98,7 +98,7 @@ def look_at_drives(
         yield from _authority(robot, flying, body.mass)
 
 
-def lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
+def _lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
     """Return the sum of A_L of the effects ``lift`` in air whose wings lie level [m^2].
 
     Args:
@@ -213,11 +213,11 @@ def check_robot(
     looks = (_mass, _inertia, _links, _floating)
     found = [finding for look in looks for finding in look(robot)]
     reach = reach_of(robot, actuators or {}, effects)
-    found += look_at_drives(
+    found += _look_at_drives(
         robot,
         actuators or {},
         steers=reach is not None and reach.steers,
-        wings=lift_slope(robot, effects or {}),
+        wings=_lift_slope(robot, effects or {}),
     )
     found += [] if reach is None else look_at_reach(reach, FloatingBody(robot))
     found += [*look_at_joints(robot), *_look_at_limbs(robot)]

@@ -61,11 +61,11 @@ def list_installed(arguments: list[str]) -> int:
             f"'{' '.join(arguments)}' names more than one kind.\n"
             f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
         )
-    if arguments and singular(arguments[0]) not in kinds:
+    if arguments and _singular(arguments[0]) not in kinds:
         raise ConfigError(
             f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
         )
-    chosen = [singular(arguments[0])] if arguments else kinds
+    chosen = [_singular(arguments[0])] if arguments else kinds
     blocks = []
     for kind in chosen:
         rows = _rows(kind, recipes.get(kind, []))
@@ -104,7 +104,7 @@ def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:
     return rows
 
 
-def singular(word: str) -> str:
+def _singular(word: str) -> str:
     """Return the singular of a kind: both ``effect`` and ``effects`` are accepted.
 
     Example:
@@ -120,7 +120,7 @@ def describe(arguments: list[str]) -> int:
     A name alone is enough where one kind has it; ``KIND=NAME`` is read as ``KIND NAME``.
     """
     words = " ".join(arguments).replace("=", " ").split()
-    kind, name = (singular(words[0]), words[1]) if len(words) == 2 else _alone(words)
+    kind, name = (_singular(words[0]), words[1]) if len(words) == 2 else _alone(words)
     recipe = next((x for x in recipe_groups().get(kind, []) if x.stem == name), None)
     if recipe is not None and name not in registry.names(kind):
         print(f"{kind} {name}  (recipe, {recipe})\n\n{recipe.read_text(encoding='utf-8').strip()}")
@@ -139,9 +139,9 @@ def describe(arguments: list[str]) -> int:
         cls = plugin.load()
         print(f"{kind} {name}  ({plugin.value}, {plugin.origin})\n")
         print(inspect.getdoc(cls) or "(no description)")
-        for base, text in inherited_fields(cls):
+        for base, text in _inherited_fields(cls):
             print(f"\nFields of {base}:\n{text}")
-        print("\n" + fields_table(cls))
+        print("\n" + _fields_table(cls))
     return 0
 
 
@@ -158,9 +158,9 @@ def _alone(words: Sequence[str]) -> tuple[str, str]:
     word = words[0]
     if is_robot_folder(word):
         return "robot", word
-    if singular(word) in kinds:
-        hint = suggestion("", names_of(singular(word)), label="Names")
-        raise ConfigError(f"the {singular(word)} is not given.\n{hint}")
+    if _singular(word) in kinds:
+        hint = suggestion("", names_of(_singular(word)), label="Names")
+        raise ConfigError(f"the {_singular(word)} is not given.\n{hint}")
     found = [f"{kind} {name}" for kind in kinds for name in close_names(word, names_of(kind))]
     same = [one for one in found if one.split()[1] == word]
     if len(same) == 1:
@@ -171,7 +171,7 @@ def _alone(words: Sequence[str]) -> tuple[str, str]:
     raise ConfigError(f"{what} the name '{word}'.\n{f'Write: {hint}' if hint else write}")
 
 
-def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
+def _inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
     """Yield the ``Args`` of the base classes by class; a field that stands twice is left out."""
     known = set(entries(cls))
     for base in cls.__mro__[1:-1]:
@@ -182,7 +182,7 @@ def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
         known |= set(new)
 
 
-def fields_table(cls: type) -> str:
+def _fields_table(cls: type) -> str:
     """Return the fields of a plug-in's dataclass as a table with units and bounds."""
     rows: list[tuple[str, ...]] = [("field", "default", "unit", "allowed", "tolerance", "source")]
     declared = parameters_of(cls)

@@ -26,7 +26,7 @@ WIDE = {"position": 1.0, "attitude": 0.2, "velocity": 2.0, "spin": 2.0, "joints"
 """Prior of a measured start: wide, so that the data decide [m, rad, m/s, rad/s]."""
 
 
-def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
+def _start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     """Return the start state from the first samples of the pose.
 
     Components that the log lacks come from the settings and are held.
@@ -72,7 +72,7 @@ def start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     return Start(state=state, sigma=sigma, source="first samples of the pose")
 
 
-def start_of_drop(
+def _start_of_drop(
     events: DropEvents,
     robot: RobotModel,
     hulls: list[Hull],
@@ -272,7 +272,7 @@ def _pose_case(
             good &= np.isfinite(log.channel(channel)).any(axis=1)
     first = int(np.argmax(good)) if good.any() else 0
     log = log.select(slice(first, None))
-    start = start_of_pose(log, settings.initial, robot.tree.joints)
+    start = _start_of_pose(log, settings.initial, robot.tree.joints)
     short = log.select(slice(0, None, stride))
     height = short.channel("position")[:, 2] if short.has("position") else np.zeros(short.rows)
     filled = (
@@ -321,7 +321,7 @@ def _drop_case(
     end = min(
         events.entry + options.after, events.catch - options.margin if events.caught else np.inf
     )
-    start = start_of_drop(
+    start = _start_of_drop(
         events, robot, hulls_of(robot), water=level, gravity=gravity, before=options.before
     )
     step = float(np.median(np.diff(log.time)))

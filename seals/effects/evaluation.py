@@ -140,7 +140,7 @@ class Evaluator:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
         loads, joint_loads = [], []
-        dry = bool(self._drying) and is_dry(sample)
+        dry = bool(self._drying) and _is_dry(sample)
         inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.inertia_changes:
@@ -385,7 +385,7 @@ def vanishes_dry(b: BoundEffect) -> bool:
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
-def is_dry(sample: Sample) -> bool:
+def _is_dry(sample: Sample) -> bool:
     """Return true if nothing is submerged."""
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 

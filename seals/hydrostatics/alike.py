@@ -77,7 +77,7 @@ class HullsAlike:
         key = like.dtype, like.device
         if key not in self._kept:
             shift = as_like(self._shift[:, :, None], like) if self._shift.any() else None
-            hulls = [stacked(parts, like) for _, parts in self._forms]
+            hulls = [_stacked(parts, like) for _, parts in self._forms]
             self._kept[key] = _Kept(as_like(self._gather, like), shift, hulls)
         return self._kept[key]
 
@@ -94,7 +94,7 @@ def _parts(hull: Hull) -> tuple[Hull, ...]:
     return hull.parts if isinstance(hull, HullCompound) else (hull,)
 
 
-def stacked(hulls: Sequence[HullPlaced], like: Array) -> HullPlaced:
+def _stacked(hulls: Sequence[HullPlaced], like: Array) -> HullPlaced:
     """Return primitives of one form as one whose sizes and places are columns, shape (P, 1)."""
     many = copy.copy(hulls[0])
     for name, value in vars(hulls[0]).items():

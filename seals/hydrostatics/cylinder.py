@@ -45,7 +45,7 @@ def _chord_integrals(xp: Any, x: Column) -> tuple[Column, Column, Column]:
     return half + angle, (-2.0 / 3.0) * squared * root, second
 
 
-def flat_ended(  # noqa: PLR0917 - positional, in the hot path
+def _flat_ended(  # noqa: PLR0917 - positional, in the hot path
     xp: Any, c: Column, s: Column, depth: Column, radius: float, length: float
 ) -> Part:
     """Return the wetted part of a flat-ended cylinder.
@@ -92,7 +92,7 @@ def flat_ended(  # noqa: PLR0917 - positional, in the hot path
     )
 
 
-def half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> Part:
+def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> Part:
     """Return the wetted part of the hemisphere on the side of +e, about the sphere's centre.
 
     Equation: the divergence theorem. 3 V = depth * A_w + R * S, where A_w is the segment of the
@@ -221,7 +221,7 @@ class HullCylinder(_Rod):
         """Return volume, area and first moments about the link origin (see the base class)."""
         axis, centre = self.axes[2], self.position
         c, s, depth = _seen_by_axis(xp, axis, centre, ux, uy, uz, level)
-        part = flat_ended(xp, c, s, depth, self.radius, self.length)
+        part = _flat_ended(xp, c, s, depth, self.radius, self.length)
         return _in_link(part, axis, centre, ux, uy, uz)
 
 
@@ -253,9 +253,9 @@ class HullCapsule(_Rod):
         """Return volume, area and first moments about the link origin (see the base class)."""
         axis, centre, half = self.axes[2], self.position, 0.5 * self.length
         c, s, depth = _seen_by_axis(xp, axis, centre, ux, uy, uz, level)
-        body = flat_ended(xp, c, s, depth, self.radius, self.length)
-        head = half_ball(xp, c, s, depth - c * half, self.radius)
-        tail = half_ball(xp, -c, s, depth + c * half, self.radius)
+        body = _flat_ended(xp, c, s, depth, self.radius, self.length)
+        head = _half_ball(xp, c, s, depth - c * half, self.radius)
+        tail = _half_ball(xp, -c, s, depth + c * half, self.radius)
         whole = Part(
             body.volume + head.volume + tail.volume,
             body.volume_e + head.volume_e - tail.volume_e + half * (head.volume - tail.volume),

@@ -16,7 +16,7 @@ SUMS = 9
 """Columns of the face sums: <1>, <g>, <g^2>, <x> (3), <x g> (3)."""
 
 
-class Clipped(NamedTuple):
+class _Clipped(NamedTuple):
     """Wetted sums of a mesh, for several normals and several levels each.
 
     Args:
@@ -47,7 +47,7 @@ class Faces:
         self.vectors = np.ascontiguousarray(0.5 * np.cross(edges[:, 0], edges[:, 1]).T)
 
 
-def clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> Clipped:
+def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> _Clipped:
     """Cut a mesh by the planes up . x = level.
 
     Equation: with N = (area vector of a face) . up and g = up . x - level, summed over the faces,
@@ -74,7 +74,7 @@ def clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> Clipped:
     volume = sums[..., 1]
     up = ups[:, None, :]
     moment = sums[..., 6:9] - (0.5 * sums[..., 2])[..., None] * up
-    return Clipped(volume, moment, area, up * volume[..., None] - sums[..., 3:6])
+    return _Clipped(volume, moment, area, up * volume[..., None] - sums[..., 3:6])
 
 
 def _ranked(heights: Vector) -> tuple[Vector, Vector, Vector]:
@@ -189,7 +189,7 @@ class HullMesh:
         self.vertices = np.unique(self.faces.corners.reshape(-1, 3), axis=0)
         self.reach = float(np.sqrt((self.vertices**2).sum(axis=1).max()))
         above = np.array([[2.0 * self.reach + 1.0]])
-        whole = clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), above)
+        whole = _clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), above)
         self.volume = float(whole.volume[0, 0])
         if self.volume <= 0.0:
             raise RobotError(
@@ -205,7 +205,7 @@ class HullMesh:
         z = self.vertices[:, 2]
         inset = (np.arange(PLAN_LEVELS) + 0.5) / PLAN_LEVELS
         levels = z.min() + (z.max() - z.min()) * inset
-        return float(clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), levels[None]).area.max())
+        return float(_clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), levels[None]).area.max())
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
         """Return the part below the surface, see `Hull`."""
@@ -214,7 +214,7 @@ class HullMesh:
         if level >= self.reach:
             return self._full
         normal = np.asarray(up, dtype=np.float64)
-        cut = clip_mesh(self.faces, normal[None], np.array([[level]], dtype=np.float64))
+        cut = _clip_mesh(self.faces, normal[None], np.array([[level]], dtype=np.float64))
         sums = np.concatenate((cut.volume[0], cut.moment[0, 0], cut.area[0], cut.area_moment[0, 0]))
         return wetted_of(Sums(*sums.tolist()), self.volume)
 
@@ -242,7 +242,7 @@ class HullMesh:
 
     def cut(self, ups: Vector, levels: Vector) -> Vector:
         """Return volume, moments, area and area moments, shape (normals, levels, 8)."""
-        c = clip_mesh(self.faces, ups, levels)
+        c = _clip_mesh(self.faces, ups, levels)
         return np.concatenate(
             (c.volume[..., None], c.moment, c.area[..., None], c.area_moment), axis=-1
         )

@@ -31,7 +31,7 @@ _SHARED = weakref.WeakValueDictionary()
 _RECENT: deque[OctahedralTable] = deque(maxlen=RECENT)
 
 
-def shared_table(hull: Cuttable, *, cells: int, depths: int) -> OctahedralTable:
+def _shared_table(hull: Cuttable, *, cells: int, depths: int) -> OctahedralTable:
     """Return the table of a hull, built only if no hull of the same numbers has one.
 
     Args:
@@ -203,7 +203,7 @@ def _law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> 
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]
     own = body.resolution or fits[0]
-    return shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
+    return _shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
 
 
 def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:

@@ -41,7 +41,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
-    return check_metadata(metadata, form=form, where=str(path))
+    return _check_metadata(metadata, form=form, where=str(path))
 
 
 def refuse_other(folder: Path, *, form: str, key: str) -> None:
@@ -65,7 +65,7 @@ def refuse_other(folder: Path, *, form: str, key: str) -> None:
         ) from None
 
 
-def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
+def _check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
     """Return metadata checked against its format.
 
     Raises:

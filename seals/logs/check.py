@@ -34,7 +34,7 @@ _LONGEST_SPAN = 3.2e8
 """Ten years, longer than any run [s]."""
 
 
-def check_time(log: Log) -> list[Finding]:
+def _check_time(log: Log) -> list[Finding]:
     """Return the findings about time; steps are taken within each segment."""
     if log.rows < FEWEST_ROWS:
         text = f"{log.rows} rows; at least {FEWEST_ROWS} are needed."
@@ -205,7 +205,7 @@ def check_log(log: Log, vehicle: Mapping[str, Any] | None = None) -> list[Findin
         >>> check_log(log)[0].code
         'time_backwards'
     """
-    found = [*check_meta(log), *check_time(log)]
+    found = [*check_meta(log), *_check_time(log)]
     # the other checks count on finite times, a few rows and steps that can be divided by
     if not any(finding.code in _BROKEN for finding in found):
         infinite = {key: np.abs(values) > LARGEST for key, values in log.columns.items()}

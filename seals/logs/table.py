@@ -39,7 +39,7 @@ _FIXED = {1: 0, 2: 0, 3: 1, 7: 8}
 _WHOLE, _INTEGERS, _TEXT, _LISTS, _STRUCT = 5, (4, 5, 6), 8, (9, 10), 12
 
 
-def refuse_large_footer(file: Path) -> None:
+def _refuse_large_footer(file: Path) -> None:
     """Refuse a file with a large footer, which would be expanded in memory.
 
     Raises:
@@ -57,7 +57,7 @@ def refuse_large_footer(file: Path) -> None:
         )
 
 
-def refuse_bombs(file: Path, metadata: Any, column: int) -> None:
+def _refuse_bombs(file: Path, metadata: Any, column: int) -> None:
     """Refuse a numeric column whose pages unpack to more bytes than its values need.
 
     A few kilobytes may declare, and hold, gigabytes. What the footer says of the size of the pages
@@ -222,7 +222,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
     from pyarrow import parquet
 
     file = regular_file(path)
-    refuse_large_footer(file)
+    _refuse_large_footer(file)
     columns: dict[str, Floats] = {}
     try:
         content = parquet.ParquetFile(
@@ -233,7 +233,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
         places = _plain(file, content.schema, wanted)
         _check_size(file, content.metadata.num_rows, len(places))
         for name, place in places.items():
-            refuse_bombs(file, content.metadata, place)
+            _refuse_bombs(file, content.metadata, place)
             table = content.reader.read_all(column_indices=[place], use_threads=False)
             columns |= _numbers(file, table.rename_columns([name]))
     except (pa.ArrowException, OSError, ValueError, OverflowError) as error:

@@ -82,7 +82,7 @@ class KeptTerms:
         return [int(k) for k in np.flatnonzero((inertia != self.inertia).any(axis=(0, 2, 3)))]
 
 
-class LinkLoads(Protocol):
+class _LinkLoads(Protocol):
     """Interface of evaluated effects: loads and added inertias of the links, by effect."""
 
     @property
@@ -118,7 +118,7 @@ class Assembly:
         kinematics: Kinematics,
         moving: LinkVelocities,
         motion: Motion,
-        found: LinkLoads,
+        found: _LinkLoads,
         joint_force: Array,
     ) -> Array:
         """Return the generalised acceleration, shape (B, n).
@@ -138,7 +138,7 @@ class Assembly:
         kinematics: Kinematics,
         moving: LinkVelocities,
         motion: Motion,
-        found: LinkLoads,
+        found: _LinkLoads,
         joint_force: Array,
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
@@ -166,7 +166,7 @@ class Assembly:
         return RigidInertias.of(self.inertia)
 
     def _composed(
-        self, kinematics: Kinematics, moving: LinkVelocities, found: LinkLoads, joint_force: Floats
+        self, kinematics: Kinematics, moving: LinkVelocities, found: _LinkLoads, joint_force: Floats
     ) -> tuple[Floats, Floats]:
         """Return the same for many robots without added inertia, by composite bodies."""
         matrix, load = self._inertial(kinematics, moving)
@@ -272,7 +272,7 @@ class Assembly:
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         return matrix, right
 
-    def total_inertia(self, found: LinkLoads, batch: int) -> Array:
+    def total_inertia(self, found: _LinkLoads, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
         total = self.inertia
         for _, rows, added, _ in found.inertias:
@@ -282,7 +282,7 @@ class Assembly:
             total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
         return total
 
-    def wrenches(self, motion: Motion, found: LinkLoads) -> Array:
+    def wrenches(self, motion: Motion, found: _LinkLoads) -> Array:
         """Sum of the effects' wrenches, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
@@ -295,7 +295,7 @@ class Assembly:
                 torque = torque + self._everywhere(wrench.torque, rows, batch)
         return by_batch(xp.concat((force, torque), axis=1), self.links)
 
-    def velocity_terms(self, motion: Motion, found: LinkLoads) -> Array:
+    def velocity_terms(self, motion: Motion, found: _LinkLoads) -> Array:
         """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links

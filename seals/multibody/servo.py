@@ -96,7 +96,7 @@ def heavier(matrix: Array, armature: Array) -> Array:
         out = matrix.copy()
         out.ravel()[(size - joints) * (size + 1) :: size + 1] += armature[0]
         return out
-    return matrix + on_joints(armature, size)
+    return matrix + _on_joints(armature, size)
 
 
 def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
@@ -113,7 +113,7 @@ def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
     return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
 
 
-def on_joints(values: Array, size: int) -> Array:
+def _on_joints(values: Array, size: int) -> Array:
     """Values of the joints (B, J) as diagonal matrices over all coordinates, (B, size, size)."""
     xp = namespace(values)
     place = {"dtype": values.dtype, "device": values.device}

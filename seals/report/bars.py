@@ -66,12 +66,12 @@ def drawn(chart: Chart, columns: Columns) -> dict[str, Any]:
         "y": chart.y_label,
         "time": chart.x_label.startswith("time"),
         "equal": chart.equal,
-        "marks": marks_of(chart.marks),
+        "marks": _marks_of(chart.marks),
         "lines": made,
     }
 
 
-def marks_of(marks: tuple[Mark, ...]) -> list[list[Any]]:
+def _marks_of(marks: tuple[Mark, ...]) -> list[list[Any]]:
     """Return marks as position, label, and whether each is a level."""
     return [[mark.at, mark.label, mark.level] for mark in marks]
 
@@ -180,7 +180,7 @@ def drawn_bars(chart: Bars) -> dict[str, Any]:
         "y": "",
         "log": chart.log,
         "range": _range(chart),
-        "marks": marks_of(chart.marks),
+        "marks": _marks_of(chart.marks),
         "bars": [asdict(bar) for bar in chart.bars],
     }
 

@@ -32,7 +32,7 @@ _LAGS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2)
 """Delays of commands and lags of rotors of which the best pair counts [s]."""
 
 
-class Disturbance(NamedTuple):
+class _Disturbance(NamedTuple):
     """A fluctuating disturbance torque about x and y.
 
     Args:
@@ -60,7 +60,7 @@ def disturbing_torque(
     arms: Floats,
     noise: float,
     velocity: Floats | None = None,
-) -> Disturbance | None:
+) -> _Disturbance | None:
     """Return the torque that neither commands, after one lag and delay, nor damping explain.
 
     A controller answers faster than a log's rows, so that rows of its commands are samples of
@@ -107,7 +107,7 @@ def disturbing_torque(
     spread = np.quantile(np.abs(left), _TAIL, axis=0) / _TAIL_SIGMAS
     level = np.sqrt(np.maximum(spread**2 - white**2, 0.0))
     whole = _ROBUST * np.median(np.abs(measured - measured.mean(axis=0)), axis=0)
-    return Disturbance(
+    return _Disturbance(
         sigma=float(np.sqrt(np.mean((level * felt) ** 2))),
         time=_time(left, step),
         share=float(np.sum(level**2) / max(float(np.sum(whole**2)), 1e-12)),
@@ -150,12 +150,12 @@ def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats
     return left
 
 
-def inertia_of(vehicle: Mapping[str, Any]) -> Floats:
+def _inertia_of(vehicle: Mapping[str, Any]) -> Floats:
     """Return the moments of inertia about x and y, shape (2,)."""
     return np.asarray(np.diag(np.asarray(vehicle["inertia"], dtype=float))[:2])
 
 
-def velocity_of(log: Log, step: float) -> Floats | None:
+def _velocity_of(log: Log, step: float) -> Floats | None:
     """Return the velocity in body axes from the pose of a log, shape (T, 3); None without one."""
     from seals.frames import matrix_of, normalised, rotate
     from seals.logs.resample import one_sign
@@ -227,7 +227,7 @@ class FlightFacts(NamedTuple):
     response: Measured | None
     late: Measured | None
     gust: Measured | None
-    torque: Disturbance | None
+    torque: _Disturbance | None
     differing: Mapping[str, float]
     full_voltage: Measured | None
     seconds_at_rest: float
@@ -385,7 +385,7 @@ def _response(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     return Measured(float(lags[best]), how)
 
 
-def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
+def _torque(log: Log, vehicle: Mapping[str, Any]) -> _Disturbance | None:
     """Disturbance torque in flight."""
     step = _step(log)
     if _turning(log, vehicle) is None or step > _SLOWEST:
@@ -393,9 +393,9 @@ def _torque(log: Log, vehicle: Mapping[str, Any]) -> Disturbance | None:
     flying, thrust = _flying(log, vehicle), _thrusts(log, vehicle)
     gyro = np.nan_to_num(log.channel("angular_velocity")[:, :2])
     noise = _noise(log, "angular_velocity")
-    velocity = velocity_of(log, step)
+    velocity = _velocity_of(log, step)
     velocity = None if velocity is None else velocity[flying]
-    arms, inertia = _arms(vehicle)[:, :2], inertia_of(vehicle)
+    arms, inertia = _arms(vehicle)[:, :2], _inertia_of(vehicle)
     return disturbing_torque(
         thrust[flying], gyro[flying], step,
         inertia=inertia, arms=arms, noise=noise, velocity=velocity,
@@ -447,7 +447,7 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
             level = [float(np.var(fast(values, longer)[slow])) - white for values in still]
             value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
             return Measured(value, "level specific force in slow flight, faster than two seconds")
-    velocity = velocity_of(log, step)
+    velocity = _velocity_of(log, step)
     if velocity is None:
         return None
     flying = _flying(log, vehicle) & there

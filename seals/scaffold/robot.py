@@ -45,7 +45,7 @@ _LATE = 0.1
 """Lag of the servos of legs by the time of the shortest step above which it is named [1]."""
 
 
-def remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
+def _remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     """Return remarks on what to check first.
 
     Args:
@@ -325,7 +325,7 @@ def _fill(
     made = NewRobot(
         folder, robot, drives, medium, reverses, limbs, hulls, wings, source.changes, []
     )
-    made.remarks.extend(remarks_of(made, source, chosen=given is None))
+    made.remarks.extend(_remarks_of(made, source, chosen=given is None))
     made = made._replace(unused=sum(map(len, source.unused.values())))
     facts = _facts(name, made, source)
     for file in ("robot.yaml", "README.md"):

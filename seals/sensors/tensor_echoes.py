@@ -21,7 +21,7 @@ _FACES = 256
 """Triangles that are met at a time."""
 
 
-class TensorHits(NamedTuple):
+class _TensorHits(NamedTuple):
     """First hits of n rays, tensors of double precision.
 
     Args:
@@ -82,7 +82,7 @@ def tensor_cast(
     directions: Any,
     *,
     farthest: float,
-) -> TensorHits:
+) -> _TensorHits:
     """Return the first hit of every ray, as `seals.sensors.casting.cast` does.
 
     Args:
@@ -117,7 +117,7 @@ def tensor_cast(
     normal = _normals(table[first, 15], half[first], own)
     for k, side in sides.items():
         normal = torch.where((first == k)[:, None], side, normal)
-    return TensorHits(way, torch.einsum("nij,nj->ni", turn[first], normal), first)
+    return _TensorHits(way, torch.einsum("nij,nj->ni", turn[first], normal), first)
 
 
 def _span(kind: str, start: Any, ways: Any, half: Any) -> tuple[Any, Any]:

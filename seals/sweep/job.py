@@ -133,7 +133,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         if before is not None and before.state == DONE:
             return before.code
         stack.enter_context(held(folder))
-        if goes_on(folder, config, hydra, words, before):
+        if _goes_on(folder, config, hydra, words, before):
             with open_dict(config):
                 config.resume = str(folder)
         else:
@@ -177,7 +177,7 @@ def _done(
     return job.code
 
 
-def goes_on(
+def _goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
     """Return whether a job resumes from its checkpoint; checkpoints of other jobs are removed.

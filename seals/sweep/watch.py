@@ -77,7 +77,7 @@ def place(config: Any, kind: str) -> None:
         hydra.overrides.hydra.append(f"{key}='{quoted}'")
 
 
-def same_place(given: Any, folder: Path) -> bool:
+def _same_place(given: Any, folder: Path) -> bool:
     """Return whether a setting names a folder; False where it is not set.
 
     Example:
@@ -343,7 +343,7 @@ class Watch(Callback):
             sweep = _PRESENT.get()
             if sweep is not None and config.hydra.output_subdir is not None:
                 folder = Path(config.hydra.run.dir).absolute()
-                goes_on = same_place(config.get("resume"), folder)
+                goes_on = _same_place(config.get("resume"), folder)
                 # a run that is looked at has a process of its own
                 sweep.claim.take(folder, goes_on=goes_on, keep=sweep.verb != "view")
         except Exception as cause:

@@ -79,7 +79,7 @@ def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
     return out
 
 
-def write_demonstration(
+def _write_demonstration(
     log: Log, folder: Path, *, rate: float, origin: Origin, seed: int = 0
 ) -> Path:
     """Write a log as a folder of demonstrations, of one episode.
@@ -186,7 +186,7 @@ def execute(config: Any) -> int | None:
     print(f"its keys with another robot or sea: seals teleop {again}")
     if exporting:
         origin = _origin(config, by=str(config.script or config.device.value))
-        made = write_demonstration(
+        made = _write_demonstration(
             record.log, folder, rate=guide.rate, origin=origin, seed=settings.seed
         )
         print(f"demonstration: {short_path(made)}")

@@ -134,7 +134,7 @@ class Columns:
         places = {x: k for k, x in enumerate(node.all_input_nodes)}
         if not node.kwargs:
             given = map_arg(node.args, lambda x: entries[places[x]])
-            short = shortened(str(target), given, result, kinds, self._negated)
+            short = _shortened(str(target), given, result, kinds, self._negated)
             if short is not None:
                 return short
         columns = self._alike(node, entries, kinds)
@@ -191,7 +191,7 @@ class Columns:
         """Return the product of two entries of one floating type."""
         if not is_node(one) and not is_node(other):
             return one * other
-        short = shortened("aten.mul.Tensor", (one, other), kind, (kind,), self._negated)
+        short = _shortened("aten.mul.Tensor", (one, other), kind, (kind,), self._negated)
         if short is not None:
             return short
         return self.call(self.aten.mul.Tensor, *((one, other) if is_node(one) else (other, one)))
@@ -216,7 +216,7 @@ def _joined_type(values: Sequence[Tensor]) -> dtype:
     return torch.result_type(torch.empty(1, dtype=many), torch.empty((), dtype=one))
 
 
-def shortened(
+def _shortened(
     name: str, given: Sequence[Any], result: dtype, kinds: Sequence[dtype], negated: Negated
 ) -> Any:
     """Return the result of an operation that needs no computation, otherwise None.

@@ -45,7 +45,7 @@ def by(name: str) -> Join:
     return join
 
 
-def reduced(join: Join) -> Callable[..., Grid | None]:
+def _reduced(join: Join) -> Callable[..., Grid | None]:
     """Return a reduction along some axes other than the batch."""
 
     def form(c: Columns, node: Node, x: Grid, *how: Any, **more: Any) -> Grid | None:
@@ -127,18 +127,18 @@ FORMS: Mapping[str, Callable[..., Any]] = {
     "aten.scalar_tensor.default": moving.filled,
     "aten.diagonal.default": moving.diagonal,
     "aten.diagonal_scatter.default": moving.with_diagonal,
-    "aten.sum.dim_IntList": reduced(total),
-    "aten.amax.default": reduced(by("maximum.default")),
-    "aten.amin.default": reduced(by("minimum.default")),
-    "aten.any.dim": reduced(by("bitwise_or.Tensor")),
-    "aten.all.dim": reduced(by("bitwise_and.Tensor")),
+    "aten.sum.dim_IntList": _reduced(total),
+    "aten.amax.default": _reduced(by("maximum.default")),
+    "aten.amin.default": _reduced(by("minimum.default")),
+    "aten.any.dim": _reduced(by("bitwise_or.Tensor")),
+    "aten.all.dim": _reduced(by("bitwise_and.Tensor")),
     "aten.mm.default": matmul,
     "aten.bmm.default": matmul,
 }
 """Operations by name, as what they do to grids."""
 
 
-def entrywise(graph: GraphModule, constants: Mapping[Node, Tensor], batch: int) -> GraphModule:
+def _entrywise(graph: GraphModule, constants: Mapping[Node, Tensor], batch: int) -> GraphModule:
     """Return the scalarised graph; results are equal for finite numbers, up to the sign of zero.
 
     Products with a constant 0 are 0, whatever the other factor; sums are of the same terms.
@@ -280,7 +280,7 @@ def moved(graph: GraphModule, device: Any) -> None:
             node.target = f"moved_{k}"
 
 
-def worked_out(graph: GraphModule) -> dict[Node, Tensor]:
+def _worked_out(graph: GraphModule) -> dict[Node, Tensor]:
     """Evaluate nodes that depend on constants alone; return the values by node.
 
     Small ones are always replaced, larger ones where many operations lead to them.
@@ -459,15 +459,15 @@ def _hold(graph: GraphModule, node: Node, name: str, value: Tensor) -> None:
 def tidied(graph: GraphModule, device: Any) -> GraphModule:
     """Return the simplified graph with equal results, its constants on a device.
 
-    The same but for rounding, the sign of zero, and what is not finite, see `entrywise`.
+    The same but for rounding, the sign of zero, and what is not finite, see `_entrywise`.
     """
     graph.graph.eliminate_dead_code()
     moved(graph, device)
-    constants = worked_out(graph)
+    constants = _worked_out(graph)
     given = (x.meta["val"] for x in graph.graph.find_nodes(op="placeholder"))
     batch = max((len(value) for value in given if value.ndim), default=0)
     if batch >= FEWEST:
-        graph = entrywise(graph, constants, batch)
+        graph = _entrywise(graph, constants, batch)
     _join_equals(graph)
     graph.graph.eliminate_dead_code()
     graph.graph.lint()

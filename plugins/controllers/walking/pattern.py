@@ -52,15 +52,15 @@ def phases_of(pattern: Pattern, anatomy: Anatomy) -> Array:
     rank, side = anatomy.rank, anatomy.side
     count = float(rank.max()) + 1.0
     if pattern in (Pattern.tripod, Pattern.trot):
-        return lagged(anatomy, 0.5, 0.5)
+        return _lagged(anatomy, 0.5, 0.5)
     if pattern is Pattern.tetrapod:
-        return lagged(anatomy, 1.0 / 3.0, 1.0 / 3.0)
+        return _lagged(anatomy, 1.0 / 3.0, 1.0 / 3.0)
     if pattern is Pattern.ripple:
-        return lagged(anatomy, 1.0 / count, 0.5)
+        return _lagged(anatomy, 1.0 / count, 0.5)
     return np.mod((rank + side * count) / (2.0 * count), 1.0)
 
 
-def lagged(anatomy: Anatomy, along: Any, across: Any) -> Array:
+def _lagged(anatomy: Anatomy, along: Any, across: Any) -> Array:
     """Return phases with a lag between neighbouring legs and one between the sides, (N,) or (B, N).
 
     Args:
@@ -192,7 +192,7 @@ class Oscillators(Walker):
 
     def order(self, manner: Manner) -> Array:
         """Return the phases that the oscillators tend to, shape (N,)."""
-        return lagged(self._legs, manner.along, manner.across)
+        return _lagged(self._legs, manner.along, manner.across)
 
     def advanced(self, pace: Pace, manner: Manner, step: float) -> Array:
         """Return the phases one period later, shape (B, N)."""

@@ -85,7 +85,7 @@ class Support(NamedTuple):
         return offsets
 
 
-def leg_stiffness(plant: Plant, columns: Floats) -> Floats | None:
+def _leg_stiffness(plant: Plant, columns: Floats) -> Floats | None:
     """Return the stiffness of the servos of the legs [N m/rad], or None without servos.
 
     Args:
@@ -276,7 +276,7 @@ class Walker(ControllerOptions, ABC):
         self._drives = plant.layout.drives
         self._columns = self._legs.joints.astype(int)
         self._into(np.zeros(1))
-        stiff = leg_stiffness(plant, self._columns) if self.support > 0.0 else None
+        stiff = _leg_stiffness(plant, self._columns) if self.support > 0.0 else None
         self._support = (
             None
             if stiff is None
@@ -376,7 +376,7 @@ class Walker(ControllerOptions, ABC):
             crouch=self.crouch,
             **self.rhythm(),
         )
-        return wished(own, wishes)
+        return _wished(own, wishes)
 
     def share(self, step: float) -> float:
         """Return the share of a change of walk that is taken up in a step [s]."""
@@ -525,7 +525,7 @@ def _yaw(rotation: Array) -> Array:
     return namespace(rotation).atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
 
 
-def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
+def _wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
     """Return stepping parameters overridden by those of a reference.
 
     Args:

@@ -48,7 +48,7 @@ def is_closed(faces: Any) -> bool:
     return bool((counts == 1).all() and there.shape == back.shape and (there == back).all())
 
 
-def volume_of(vertices: Floats, faces: Any) -> float:
+def _volume_of(vertices: Floats, faces: Any) -> float:
     """Return the volume that a closed mesh encloses [m^3]."""
     a, b, c = (vertices[np.asarray(faces)[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
@@ -74,7 +74,7 @@ def sample_closed(vertices: Floats, faces: Any, spacing: float, layers: int = SE
     volume = filled[cell]
     points = moment[cell] / volume[:, None]
     kept = _near_surface(filled >= (1.0 - 1e-6) * spacing**3, index, layers)
-    exact = volume_of(vertices, faces)
+    exact = _volume_of(vertices, faces)
     volume = volume * (exact / volume.sum())
     return Samples(points[kept], volume[kept])
 
@@ -226,7 +226,7 @@ DENSE, ROUNDS = 5, 12
 """Places tried for each sample along each side, and how often samples move to their middle."""
 
 
-def hull_of(vertices: Floats, volume: float) -> Any:
+def _hull_of(vertices: Floats, volume: float) -> Any:
     """Return the convex hull of a closed mesh that is its own hull; None for another mesh.
 
     Args:
@@ -247,7 +247,7 @@ def hull_of(vertices: Floats, volume: float) -> Any:
     return hull if abs(hull.volume - volume) <= SAME * volume else None
 
 
-def inscribed(hull: Any) -> tuple[Floats, float]:
+def _inscribed(hull: Any) -> tuple[Floats, float]:
     """Return middle, shape (3,), and radius of the largest ball in a convex hull [m]."""
     from scipy.optimize import linprog
 
@@ -258,14 +258,14 @@ def inscribed(hull: Any) -> tuple[Floats, float]:
     return found.x[:3], float(found.x[3])
 
 
-def convex_face(hull: Any, spacing: float, pitch: float) -> Samples:
+def _convex_face(hull: Any, spacing: float, pitch: float) -> Samples:
     """Sample the surface layer of a convex solid.
 
     The samples lie on the solid whose faces are half a spacing further in, along its sharp edges
     first. The volume of the layer, one spacing thick, is shared by the area that each stands for.
 
     Args:
-        hull: of `hull_of`; the largest ball in it is more than a spacing in radius.
+        hull: of `_hull_of`; the largest ball in it is more than a spacing in radius.
         spacing: of the fluid [m].
         pitch: distance of the samples [m].
     """
@@ -297,7 +297,7 @@ def _shrunken(hull: Any, depth: float) -> Any:
 
     planes = np.unique(np.round(hull.equations, 12), axis=0)
     planes[:, 3] += depth
-    return ConvexHull(HalfspaceIntersection(planes, inscribed(hull)[0]).intersections)
+    return ConvexHull(HalfspaceIntersection(planes, _inscribed(hull)[0]).intersections)
 
 
 def _spread(hull: Any, fine: float) -> tuple[Floats, Floats]:
@@ -386,10 +386,10 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
     """Sample one piece; a stated volume rescales the volumes of its samples."""
     if piece.kind == "mesh":
         assert piece.vertices is not None
-        closed = is_closed(piece.faces) and volume_of(piece.vertices, piece.faces) > 0.0
-        hull = hull_of(piece.vertices, _own_volume(piece)) if closed else None
+        closed = is_closed(piece.faces) and _volume_of(piece.vertices, piece.faces) > 0.0
+        hull = _hull_of(piece.vertices, _own_volume(piece)) if closed else None
         if hull is not None and layers == SEEN and thickness(piece) >= THICK * spacing:
-            found = convex_face(hull, spacing, PITCH * spacing)
+            found = _convex_face(hull, spacing, PITCH * spacing)
         elif closed:
             found = sample_closed(piece.vertices, piece.faces, spacing, layers)
         else:
@@ -433,7 +433,7 @@ def _own_volume(piece: Piece) -> float:
     """
     if piece.kind == "mesh":
         assert piece.vertices is not None
-        return volume_of(piece.vertices, piece.faces) if is_closed(piece.faces) else 0.0
+        return _volume_of(piece.vertices, piece.faces) if is_closed(piece.faces) else 0.0
     if piece.kind == "box":
         return math.prod(piece.size)
     radius = piece.size[0]
@@ -461,9 +461,9 @@ def thickness(piece: Piece) -> float:
     if piece.kind in ("sphere", "capsule"):
         return 2.0 * piece.size[0]
     assert piece.vertices is not None
-    hull = hull_of(piece.vertices, _own_volume(piece)) if _own_volume(piece) > 0.0 else None
+    hull = _hull_of(piece.vertices, _own_volume(piece)) if _own_volume(piece) > 0.0 else None
     if hull is not None:
-        return 2.0 * inscribed(hull)[1]
+        return 2.0 * _inscribed(hull)[1]
     a, b, c = (piece.vertices[np.asarray(piece.faces)[:, k]] for k in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     # a plate of thickness t has the volume A t and the area 2 A; a ball gives 2 D / 3

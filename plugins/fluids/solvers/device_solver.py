@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 CLOSEST = 0.6
 
 
-def check_state(arrays: Mapping[str, Any], capacity: int) -> None:
+def _check_state(arrays: Mapping[str, Any], capacity: int) -> None:
     """Refuse a stored state with indices or sizes outside the arrays.
 
     Raises:
@@ -48,7 +48,7 @@ def check_state(arrays: Mapping[str, Any], capacity: int) -> None:
         raise ValueError("the origin of the water is not finite")
 
 
-def check_fill(
+def _check_fill(
     new: Array,
     speed: Array,
     *,
@@ -103,7 +103,7 @@ def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None
         )
 
 
-def check_place(values: list[Any], bodies: int) -> None:
+def _check_place(values: list[Any], bodies: int) -> None:
     """Refuse poses, twists and masses that are not finite, or not one per body.
 
     Raises:
@@ -118,7 +118,7 @@ def check_place(values: list[Any], bodies: int) -> None:
             )
 
 
-def trouble(
+def _trouble(
     found: NDArray[np.int32],
     *,
     finite: bool,
@@ -212,7 +212,7 @@ class DeviceSolver(ABC):
         """
         new = np.asarray(positions, dtype=np.float64)
         speed = np.zeros_like(new) if velocities is None else np.asarray(velocities, np.float64)
-        check_fill(
+        _check_fill(
             new,
             speed,
             have=self.positions() if not trusted else np.empty((self.count, 3)),
@@ -332,7 +332,7 @@ class DeviceSolver(ABC):
         local = np.asarray(position) - self.origin
         parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
         parts += [acceleration, np.zeros((self.bodies, 3))]
-        check_place(parts, self.bodies)
+        _check_place(parts, self.bodies)
         self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
 
@@ -382,7 +382,7 @@ class DeviceSolver(ABC):
         finite = np.isfinite(sums.velocity).all() and np.isfinite(sums.square)
         if found.any() or not finite:
             self.pipeline.numbers.trouble.fill(0)
-            message = trouble(
+            message = _trouble(
                 found,
                 finite=bool(finite),
                 outflow=self.settings.outflow,
@@ -510,7 +510,7 @@ class DeviceSolver(ABC):
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot; the caller sets the bodies again."""
         p, arrays = self.pipeline.particles, snapshot.arrays
-        check_state(arrays, self.capacity)
+        _check_state(arrays, self.capacity)
         p.place[0].from_numpy(arrays["place"])
         p.velocity[0].from_numpy(arrays["velocity"])
         p.number[0].from_numpy(arrays["number"])

@@ -97,7 +97,7 @@ _TAIL = 3.8
 """Half width of a solitary wave's maker motion, as the argument of sech^2."""
 
 
-class Stroke(NamedTuple):
+class _Stroke(NamedTuple):
     """Displacement of the paddle at the still surface [m] and its rate [m/s]."""
 
     place: float
@@ -165,11 +165,11 @@ class Paddle:
         # three standard deviations and a little more
         return float(3.5 * math.sqrt(0.5 * (self._stroke**2).sum()))
 
-    def stroke(self, time: float) -> Stroke:
+    def stroke(self, time: float) -> _Stroke:
         """Return displacement and rate at ``time`` [s]; negative is away from the water."""
         t = time - self.settings.start
         if t <= 0.0:
-            return Stroke(0.0, 0.0)
+            return _Stroke(0.0, 0.0)
         if self._solitary:
             return self._goring(t)
         angle = self._omega * t + self._phase
@@ -181,12 +181,12 @@ class Paddle:
         # multiply a motion by a smooth start-up ramp
         ramp = max(self.settings.ramp, least) * self.settings.period
         if ramp <= 0.0 or t >= ramp:
-            return Stroke(place, speed)
+            return _Stroke(place, speed)
         u = t / ramp
         share, rate = u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u) / ramp
-        return Stroke(share * place, share * speed + rate * place)
+        return _Stroke(share * place, share * speed + rate * place)
 
-    def _goring(self, t: float) -> Stroke:
+    def _goring(self, t: float) -> _Stroke:
         """Goring 1978: the paddle moves with the water's mean velocity, dX/dt = c eta/(h + eta)."""
         h, high = self.depth, self.settings.height
         k, c = math.sqrt(0.75 * high / h**3), math.sqrt(self.gravity * (h + high))
@@ -195,7 +195,7 @@ class Paddle:
         place = self._solved(k, c, t - middle, h, high)
         eta = high / math.cosh(k * (c * (t - middle) - place)) ** 2
         start = self._solved(k, c, -middle, h, high)
-        return Stroke(place - start, c * eta / (h + eta))
+        return _Stroke(place - start, c * eta / (h + eta))
 
     @staticmethod
     def _solved(k: float, c: float, t: float, h: float, high: float) -> float:
@@ -220,7 +220,7 @@ class PaddlePlate(NamedTuple):
     spin: Floats
 
     @classmethod
-    def of(cls, kind: Maker, stroke: Stroke, foot: Floats, depth: float) -> PaddlePlate:
+    def of(cls, kind: Maker, stroke: _Stroke, foot: Floats, depth: float) -> PaddlePlate:
         """Return pose and twist of the paddle at a stroke.
 
         Args:
@@ -275,7 +275,7 @@ class TankSimulation(Simulation):
         super().__init__(settings, physics, bodies, basin.spacing)
         self.basin, self._step = basin, around.step
         e = around.environment
-        self.paddle = paddle_of(settings, e)
+        self.paddle = _paddle_of(settings, e)
         high = np.array([*basin.upper[:2], basin.top])
         self._solids = joined(
             [sample_solid(s, basin.spacing, basin.lower, high) for s in around.solids]
@@ -379,7 +379,7 @@ class TankSimulation(Simulation):
         return out
 
 
-def paddle_of(settings: FluidParticles, environment: EnvironmentSettings) -> Paddle | None:
+def _paddle_of(settings: FluidParticles, environment: EnvironmentSettings) -> Paddle | None:
     """Return the wave maker of the tank, or None.
 
     Raises:
@@ -537,7 +537,7 @@ class FluidParticles(ParticleFluid):
 
     def _basin(self, environment: EnvironmentSettings) -> Basin:
         """Sizes of the basin in a given environment."""
-        paddle = paddle_of(self, environment)
+        paddle = _paddle_of(self, environment)
         return build_basin(
             spacing=self.spacing,
             size=self.size,

@@ -114,7 +114,7 @@ def look_at(server: Any, extent: Extent) -> None:
         client.camera.look_at = camera.look_at
 
 
-def set_sky(server: Any) -> None:
+def _set_sky(server: Any) -> None:
     """Set sky background and lights, without downloaded textures."""
     fade = np.linspace(0.0, 1.0, 64)[:, None]
     column = (1.0 - fade) * np.array(ZENITH) + fade * np.array(HORIZON)
@@ -306,7 +306,7 @@ SHAFT, HEAD, TIP = 0.018, 0.05, 0.13
 """Radius of the shaft, radius and length of the head over the usual length [1]."""
 
 
-class Pushes:
+class _Pushes:
     """Force arrows of a run.
 
     Args:
@@ -421,7 +421,7 @@ class _Page:
         self._pictures: dict[str, Path | None] = {}
         self._base: Floats | None = None
         self._sent: tuple[Any, ...] = ()
-        set_sky(server)
+        _set_sky(server)
 
     def draw(self) -> None:
         """Apply the controls, advance the time, and draw."""
@@ -505,7 +505,7 @@ class _Page:
         self._parts = [
             Solids(self._server, session.stage, extent.middle, extent.half),
             Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
-            Pushes(self._server, session.forces, extent.arrow),
+            _Pushes(self._server, session.forces, extent.arrow),
         ]
         self.panel.begin(self._parts[2].colours)
         self._shown, self._pictures = session.shown, {}

@@ -35,7 +35,7 @@ def _local(
     return along, [start[..., i] for i in range(3)]
 
 
-def spheres(rays: tuple[Tensor, Tensor], centre: Tensor, half: Tensor, near: float) -> Tensor:
+def _spheres(rays: tuple[Tensor, Tensor], centre: Tensor, half: Tensor, near: float) -> Tensor:
     """Return entry distances of spheres.
 
     b^2 - 4 a c loses digits for small spheres far away; this form does not (Haines et al. 2019, Ray
@@ -125,7 +125,7 @@ def hulls(
     return torch.where(met, first, torch.inf), through
 
 
-def levels(rays: tuple[Tensor, Tensor], up: Tensor, above: Tensor, near: float) -> Tensor:
+def _levels(rays: tuple[Tensor, Tensor], up: Tensor, above: Tensor, near: float) -> Tensor:
     """Return distances to level planes from above, shape (M, R, Kp).
 
     Args:
@@ -219,7 +219,7 @@ def _nearest(
         centre, turn, half = placed.centre[:, cut], placed.turn[:, cut], fixed.half[cut]
         through: Tensor | None = None
         if kind == 0:
-            depths = spheres(rays, centre, half, near)
+            depths = _spheres(rays, centre, half, near)
         elif kind == 1:
             depths = boxes(rays, centre, turn, half, near)
         elif kind == 2:
@@ -227,7 +227,7 @@ def _nearest(
         elif kind == 3:
             depths, through = _convex(rays, centre, turn, fixed, setting)
         else:
-            depths = levels(rays, placed.up, placed.above, near)
+            depths = _levels(rays, placed.up, placed.above, near)
         nearest, number = depths.min(dim=-1)
         if through is not None:
             plane = torch.gather(through, -1, number[..., None])[..., 0]

@@ -89,7 +89,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     if name == STILL:
         return PolicyRandom(environment.action_size, environment.device, most=0.0)
     if Path(name).is_file() and Path(name).suffix in SUFFIXES:
-        return policy_of_keys(Path(name), environment)
+        return _policy_of_keys(Path(name), environment)
     from seals.learn.policy import load_policy
 
     found = load_policy(policy_folder(name, besides=NAMED, key=key), device=device)
@@ -169,7 +169,7 @@ def _action_of(stick: Stick, names: Sequence[str]) -> list[float]:
     return [float(shares[name]) for name in names]
 
 
-def policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
+def _policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
     """Return the policy of a script of keys.
 
     Raises:

@@ -91,7 +91,7 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
     return dict(drawn_parameters(effects, count, share=share, rng=rng, known=known))
 
 
-def agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
+def _agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
     """Create the agent and give it demonstrations where configured; return it with remarks."""
     if config.get("learner") is None:
         raise ConfigError("learner is not given.\nChoose one: learner=sac; see seals list learner")
@@ -220,7 +220,7 @@ def _train_into(
         refuse_unfilmed(config)
     with contextlib.ExitStack() as stack:
         environment, eval_env = stack.enter_context(environments(config))
-        agent, remarks = agent_of(config, environment)
+        agent, remarks = _agent_of(config, environment)
         if config.backend.get("fused"):
             remarks.append("the first step compiles the twins, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())

@@ -48,7 +48,7 @@ def stored(state: Any) -> Any:
     return state
 
 
-def tensors_of(state: Any, device: str) -> Any:
+def _tensors_of(state: Any, device: str) -> Any:
     """Return a state with stored arrays replaced by tensors.
 
     Args:
@@ -60,9 +60,9 @@ def tensors_of(state: Any, device: str) -> Any:
     if isinstance(state, StoredTensor):
         return torch.from_numpy(np.asarray(state.values)).to(device)
     if isinstance(state, dict):
-        return {key: tensors_of(part, device) for key, part in state.items()}
+        return {key: _tensors_of(part, device) for key, part in state.items()}
     if isinstance(state, list | tuple):
-        return type(state)(tensors_of(part, device) for part in state)
+        return type(state)(_tensors_of(part, device) for part in state)
     return state
 
 
@@ -109,7 +109,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
         )
         if not isinstance(state, dict):
             raise StateError(f"it holds a {type(state).__name__}")
-        found: dict[str, Any] = tensors_of(state, device)
+        found: dict[str, Any] = _tensors_of(state, device)
     except (StateError, TypeError) as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(

@@ -28,7 +28,7 @@ STEPS = 5
 """Steps in which a line of sight is searched for a moving surface."""
 
 
-class Crossing(NamedTuple):
+class _Crossing(NamedTuple):
     """Submerged parts of pixel rays, shapes (N, H, W).
 
     Args:
@@ -44,7 +44,7 @@ class Crossing(NamedTuple):
 
 def crossing(
     origins: Array, directions: Array, ranges: Array, surface: Surface, time: Array, *, port: float
-) -> Crossing:
+) -> _Crossing:
     """Find the first intersection of each pixel ray with the surface.
 
     Args:
@@ -61,7 +61,7 @@ def crossing(
     above = oz + port * dz - surface.level
     wet, distance, through = _still(above, oz - surface.level, dz, ranges)
     if surface.reach == 0.0:
-        return Crossing(wet, through, distance)
+        return _Crossing(wet, through, distance)
     # whether a ray enters the band of heights that the surface may reach
     low, high = -surface.reach, surface.reach
     end = oz + ranges * dz - surface.level
@@ -82,7 +82,7 @@ def crossing(
         moved = _moving(line, ranges[:, cut], surface, time, port)
         still = wet, distance, through
         wet, distance, through = (_put(*pair, cut) for pair in zip(still, moved, strict=True))
-    return Crossing(wet, through, distance)
+    return _Crossing(wet, through, distance)
 
 
 def _put(whole: Array, part: Array, cut: slice) -> Array:
@@ -288,7 +288,7 @@ class _Lines(NamedTuple):
     hit: Array
     ends: Array
     rise: Array
-    cross: Crossing
+    cross: _Crossing
     length: Array
     start: Array
     depth: Array

@@ -69,7 +69,7 @@ def nearest_pair(a: Array, b: Array, radius: float, *, same: bool = False) -> fl
     return best
 
 
-class Weighed(NamedTuple):
+class _Weighed(NamedTuple):
     """Boundary samples with weights, ready for the solver.
 
     Args:
@@ -83,7 +83,7 @@ class Weighed(NamedTuple):
 
 def weigh(
     points: Array, *, spacing: float, kernel: Kernel, lattice: Calibration, convex: bool
-) -> Weighed:
+) -> _Weighed:
     """Return weights of boundary samples, and offset those of convex bodies inwards.
 
     Volumes follow Akinci et al. 2012, one over the sum of the kernel over the same body's samples,
@@ -109,12 +109,12 @@ def weigh(
         np.add.at(offset, i, value[:, None] * (points[i] - points[j]))
     weights = np.asarray(lattice.sheet / (lattice.factor * total))
     if not convex:
-        return Weighed(points, weights)
+        return _Weighed(points, weights)
     # of length H spacing
     bend = 2 * offset / total[:, None] / (lattice.spread * spacing)
     size = np.linalg.norm(bend, axis=1, keepdims=True)
     shift = BULGE * spacing * bend * np.minimum(1.0, MOST / np.maximum(BULGE * size, 1e-12))
-    return Weighed(points - shift, weights)
+    return _Weighed(points - shift, weights)
 
 
 def plane_normals(points: Array, spacing: float) -> Array:
