@@ -75,7 +75,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         _CHILD, '{"__builtins__": {}}', "{}", MACROS, "no_functions", "xacro"
     ),
     "environment of macros": Guard(
-        "seals.robot.macros", "if key in _KEPT", "if True", MACROS, "no_environment", "xacro"
+        "seals.robot.structure", "if key in _KEPT", "if True", MACROS, "no_environment", "xacro"
     ),
     "files of macros": Guard(
         _CHILD,
@@ -118,7 +118,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "xacro",
     ),
     "answer of macros": Guard(
-        "seals.robot.macros",
+        "seals.robot.structure",
         "plain_json(done.stdout)",
         "__import__('json').loads(done.stdout)",
         MACROS,
@@ -129,7 +129,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.hydrostatics.meshes", "not in FORMATS", "is None", FILES, "plain_meshes"
     ),
     "meshes inside": Guard(
-        "seals.robot.meshes",
+        "seals.robot.urdf",
         "if not target.is_relative_to(_root(folder)):",
         "if False:",
         ROBOT,
@@ -184,7 +184,11 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"
     ),
     "size of meshes": Guard(
-        "seals.robot.meshes", "if max(size, declared) > MOST_BYTES:", "if False:", ROBOT, "huge"
+        "seals.robot.urdf",
+        "if max(size, declared) > _LARGEST_MESH:",
+        "if False:",
+        ROBOT,
+        "huge",
     ),
     "work on broken meshes": Guard(
         "seals.hydrostatics.meshes",

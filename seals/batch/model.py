@@ -26,7 +26,7 @@ from seals.environment.waves import Waves
 from seals.errors import ConfigError
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
-from seals.multibody.rows import take
+from seals.multibody.kinematics import take
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import compile_law
 

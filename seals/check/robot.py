@@ -26,9 +26,9 @@ from seals.environment.seawater import FRESH_WATER
 from seals.errors import SealsError
 from seals.hydrostatics.meshes import load_triangles
 from seals.robot.build import build_robot
-from seals.robot.meshes import mesh_names
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
+from seals.robot.urdf import mesh_names
 from seals.robot.whole_body import whole_body
 
 GRAVITY, AIR = 9.81, 1.2041

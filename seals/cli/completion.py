@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from seals import registry
 from seals.cli.options import keys_of
 from seals.cli.words import names_of
-from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.roots import VERBS as ROOTS
+from seals.config.roots import recipe_groups, roots_choosing
 from seals.errors import ConfigError, suggestion
 
 SHELLS = ("bash", "zsh", "fish")

@@ -17,7 +17,7 @@ from seals import registry
 from seals.cli.options import allowed, choices, default_of, entries
 from seals.cli.words import names_of
 from seals.config.derive import schema_of
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.config.source import is_robot_folder
 from seals.errors import BrokenPlugin, ConfigError, close_names, suggestion
 from seals.robot.robot_file import RobotFile, read_robot

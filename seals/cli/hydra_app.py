@@ -160,8 +160,8 @@ def launch(
     from hydra import initialize_config_dir, initialize_config_module
     from hydra.core.global_hydra import GlobalHydra
 
-    from seals.config.recipes import experiments
     from seals.config.refusal import refusals
+    from seals.config.roots import experiments
     from seals.config.source import install
     from seals.sweep.job import checked_by_value
     from seals.sweep.watch import Sweep, watched

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from seals.cli.words import key_among
 from seals.config.overrides import override, typed
-from seals.config.whereabouts import own_robot
+from seals.config.refusal import own_robot
 from seals.errors import ConfigError, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:

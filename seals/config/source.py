@@ -25,7 +25,7 @@ from seals import registry
 from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
-from seals.config.recipes import conf_folders
+from seals.config.roots import conf_folders
 from seals.errors import ConfigError
 from seals.file_names import checked_name
 from seals.robot.robot_file import RobotFile, read_robot

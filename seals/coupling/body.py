@@ -13,9 +13,14 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses, LinksAt
-from seals.coupling.contacts import Contacts
-from seals.coupling.engine import CompiledEngineBody, EngineBody, SolvingEngineBody, generalised
-from seals.coupling.implicit_drive import drive_over
+from seals.coupling.engine import (
+    CompiledEngineBody,
+    Contacts,
+    EngineBody,
+    SolvingEngineBody,
+    drive_over,
+    generalised,
+)
 from seals.coupling.inertia_split import at_rest
 from seals.coupling.predicted import PredictedForces
 from seals.coupling.solved import SolvedForces

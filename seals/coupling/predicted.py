@@ -21,11 +21,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics, LinksAt
-from seals.coupling.contacts import Contacts
-from seals.coupling.engine import EngineBody, generalised
-from seals.coupling.implicit_drive import ImplicitDrive
-from seals.coupling.inertia_split import InertiaSplit
-from seals.coupling.joint_stops import JointStops
+from seals.coupling.engine import Contacts, EngineBody, ImplicitDrive, generalised
+from seals.coupling.inertia_split import InertiaSplit, JointStops
 from seals.multibody.linear import solved
 from seals.multibody.servo import driven, heavier
 from seals.robot.model import RobotModel

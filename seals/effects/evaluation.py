@@ -32,7 +32,7 @@ from seals.motion import (
     Motion,
     Wrench,
 )
-from seals.multibody.rows import picked, take, take_motion
+from seals.multibody.kinematics import picked, take, take_motion
 
 Memory = Mapping[str, Array]
 

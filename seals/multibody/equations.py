@@ -21,9 +21,8 @@ from seals.multibody.composite import (
     generalised_force,
     generalised_inertia,
 )
-from seals.multibody.kinematics import Kinematics, LinkVelocities, crossed
+from seals.multibody.kinematics import Kinematics, LinkVelocities, by_batch, crossed, take_motion
 from seals.multibody.linear import ChangedLead, Factors, LeadFactors
-from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import added_terms, kirchhoff
 

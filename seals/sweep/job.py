@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from seals.config.recipes import conf_folders
+from seals.config.roots import conf_folders
 from seals.errors import ConfigError, DiskFull, LogError, SealsError
 from seals.logs.atomic import write_yaml
 from seals.logs.run_folder import LOCK, clear, held, open_own

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from seals.environment.ground import Solid
-from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
+from seals.environment.settings import ObstacleSettings
 from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.fluids.coupling import HeightField, clear_of, refuse_large

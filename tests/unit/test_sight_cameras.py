@@ -18,11 +18,11 @@ from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
 from seals.plugins.viewers.bullet import egl as egl_module
+from seals.plugins.viewers.bullet.drawing import normals_of
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Renderer, Scene, Shape
 from seals.rendering.files import millimetres, png
 from seals.rendering.light import TABLE
-from seals.rendering.normals import normals_of
 from seals.rendering.optics import to_linear
 from seals.rendering.scene import check_scene
 from seals.run.sight import renderer_of

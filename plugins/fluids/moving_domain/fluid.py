@@ -11,8 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.errors import PhysicsError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import HeightField, ParticleFluid, Simulation, refuse_large

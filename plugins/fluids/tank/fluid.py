@@ -15,9 +15,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.environment.ground import Solid
-from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.fluid import BodyStates, FluidBody, Surrounding

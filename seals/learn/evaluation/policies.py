@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.control.key_events import Event, held_after, read_track
-from seals.control.keymap import JOINTS, Stick, stick_of
+from seals.control.key_events import JOINTS, Event, Stick, held_after, read_track, stick_of
 from seals.errors import ConfigError, suggestion
 from seals.learn.shipped import policy_folder
 
