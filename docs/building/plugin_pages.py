@@ -12,8 +12,8 @@ from typing import Any
 from docstrings import Words, words_of
 
 from seals import registry
-from seals.cli.describe import TITLES as TITLE
 from seals.cli.describe import describe_robot
+from seals.cli.listing import TITLES as TITLE
 from seals.robot.robot_file import read_robot
 from seals.schema import Parameter, parameters_of
 

@@ -55,7 +55,7 @@ def _topic_key(domain: int, topic: str, kind: str, type_hash: str) -> str:
     """Return the key expression of a topic.
 
     Example:
-        >>> topic_key(0, "clock", "rosgraph_msgs/msg/Clock", "RIHS01_69")
+        >>> _topic_key(0, "clock", "rosgraph_msgs/msg/Clock", "RIHS01_69")
         '0/clock/rosgraph_msgs::msg::dds_::Clock_/RIHS01_69'
     """
     return f"{domain}/{topic}/{_type_key(kind)}/{type_hash}"

@@ -75,7 +75,7 @@ def _notes_of() -> dict[str, str]:
     """Return what is told beside a key: allowed values with their unit, and the default.
 
     Example:
-        >>> notes_of()["run time.step="]
+        >>> _notes_of()["run time.step="]
         '1e-05 to 0.1 s, default 0.004'
     """
     every = ((verb, key) for verb in ROOTS for key in keys_of(verb))

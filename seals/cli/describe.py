@@ -1,7 +1,4 @@
-"""``seals describe`` and ``seals list``: plug-ins with docstring and fields, and those installed.
-
-The list is read without importing any plug-in.
-"""
+"""``seals describe``: prints docstring and fields of a plug-in, with units and bounds."""
 
 from __future__ import annotations
 
@@ -14,104 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from seals import registry
+from seals.cli.listing import singular
 from seals.cli.options import allowed, choices, default_of, entries
 from seals.cli.words import names_of
 from seals.config.derive import schema_of
 from seals.config.roots import recipe_groups
 from seals.config.source import is_robot_folder
-from seals.errors import BrokenPlugin, ConfigError, close_names, suggestion
+from seals.errors import ConfigError, close_names, suggestion
 from seals.robot.robot_file import RobotFile, read_robot
 from seals.schema import parameters_of
 from seals.text_table import table
-
-TITLES = {
-    "backend": "Backends: rigid bodies and free motion",
-    "fluid": "Fluids: water that is simulated itself",
-    "wave": "Waves",
-    "effect": "Effects: forces, inertias, faults",
-    "actuator": "Actuators",
-    "sensor": "Sensors",
-    "controller": "Controllers",
-    "guide": "Guides: reference generators",
-    "task": "Tasks: what a learner is asked for",
-    "learner": "Learners",
-    "reader": "Readers of logs",
-    "viewer": "Viewers and renderers",
-    "live": "Live outputs to other programs",
-    "robot": "Robots",
-    "animal": "Animals",
-    "conf": "Packages of configurations",
-    "cameras": "Sets of cameras of a robot: +cameras=NAME",
-    "senses": "Sets of sensors of a robot: +senses=NAME",
-    "sonar": "Presets of a sonar: +sonar=NAME",
-    "water": "Models of water",
-    "env": "Learning environments: task, robot and world",
-    "grid": "World variants in which a policy is evaluated: grid=NAME",
-    "experiment": "Recipes of runs and comparisons",
-}
-"""What the kinds of plug-ins, and of files of configuration, are."""
-
-
-def list_installed(arguments: list[str]) -> int:
-    """Print the installed plug-ins of one kind, or of all kinds, with their package and summary."""
-    recipes = recipe_groups()
-    kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
-    if len(arguments) > 1:
-        raise ConfigError(
-            f"'{' '.join(arguments)}' names more than one kind.\n"
-            f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
-        )
-    if arguments and _singular(arguments[0]) not in kinds:
-        raise ConfigError(
-            f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
-        )
-    chosen = [_singular(arguments[0])] if arguments else kinds
-    blocks = []
-    for kind in chosen:
-        rows = _rows(kind, recipes.get(kind, []))
-        if rows or arguments:
-            head = f"{kind}   {TITLES.get(kind, '')}".rstrip()
-            blocks.append(f"{head}\n" + (table(rows) if rows else "  (none installed)"))
-    print("\n\n".join(blocks))
-    return 0
-
-
-def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
-    """Plug-ins of a kind, and recipes: files of values for one of them, or for several."""
-    found = _recipe_rows(recipes)
-    if kind not in registry.GROUPS:
-        return [*found]
-    rows: list[tuple[str, ...]] = []
-    for name, plugin in registry.plugins(kind).items():
-        try:
-            # marks of code are for the documentation
-            summary = plugin.summary.replace("``", "")
-        except BrokenPlugin as broken:
-            summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
-        rows.append((name, plugin.origin, summary))
-    return [*rows, *((name, "recipe", words) for name, words in found)]
-
-
-def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:
-    rows: list[tuple[str, str]] = []
-    for path in paths:
-        words = [
-            line.lstrip("# ")
-            for line in path.read_text(encoding="utf-8").splitlines()[:3]
-            if line.startswith("#") and "@package" not in line
-        ]
-        rows.append((path.stem, words[0] if words else ""))
-    return rows
-
-
-def _singular(word: str) -> str:
-    """Return the singular of a kind: both ``effect`` and ``effects`` are accepted.
-
-    Example:
-        >>> singular("effects"), singular("dvls")
-        ('effect', 'dvls')
-    """
-    return word[:-1] if word.endswith("s") and word[:-1] in registry.GROUPS else word
 
 
 def describe(arguments: list[str]) -> int:
@@ -120,7 +29,7 @@ def describe(arguments: list[str]) -> int:
     A name alone is enough where one kind has it; ``KIND=NAME`` is read as ``KIND NAME``.
     """
     words = " ".join(arguments).replace("=", " ").split()
-    kind, name = (_singular(words[0]), words[1]) if len(words) == 2 else _alone(words)
+    kind, name = (singular(words[0]), words[1]) if len(words) == 2 else _alone(words)
     recipe = next((x for x in recipe_groups().get(kind, []) if x.stem == name), None)
     if recipe is not None and name not in registry.names(kind):
         print(f"{kind} {name}  (recipe, {recipe})\n\n{recipe.read_text(encoding='utf-8').strip()}")
@@ -158,9 +67,9 @@ def _alone(words: Sequence[str]) -> tuple[str, str]:
     word = words[0]
     if is_robot_folder(word):
         return "robot", word
-    if _singular(word) in kinds:
-        hint = suggestion("", names_of(_singular(word)), label="Names")
-        raise ConfigError(f"the {_singular(word)} is not given.\n{hint}")
+    if singular(word) in kinds:
+        hint = suggestion("", names_of(singular(word)), label="Names")
+        raise ConfigError(f"the {singular(word)} is not given.\n{hint}")
     found = [f"{kind} {name}" for kind in kinds for name in close_names(word, names_of(kind))]
     same = [one for one in found if one.split()[1] == word]
     if len(same) == 1:

@@ -149,7 +149,7 @@ VERBS = {
         "exit code: 0 planned, 2 refused",
     ),
     "list": Verb(
-        target="seals.cli.describe:list_installed",
+        target="seals.cli.listing:list_installed",
         summary="list installed plug-ins, robots and configurations",
         usage="[KIND]\n  seals list effect",
     ),

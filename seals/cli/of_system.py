@@ -65,9 +65,9 @@ def _told_short(error: BaseException) -> bool:
     """Return whether an error, or one of its causes, reports a want of memory.
 
     Example:
-        >>> told_short(MemoryError()), told_short(ImportError("a.so: failed to map segment"))
+        >>> _told_short(MemoryError()), _told_short(ImportError("a.so: failed to map segment"))
         (True, True)
-        >>> told_short(ValueError("negative mass"))
+        >>> _told_short(ValueError("negative mass"))
         False
     """
     link: BaseException | None = error

@@ -348,7 +348,7 @@ def _reduced(normal: Floats, count: int) -> Floats:
     """Eliminate unknowns by the Schur complement, keeping the first ``count``.
 
     Example:
-        >>> reduced(np.array([[2.0, 1.0], [1.0, 1.0]]), 1)
+        >>> _reduced(np.array([[2.0, 1.0], [1.0, 1.0]]), 1)
         array([[1.]])
     """
     if normal.shape[0] == count:

@@ -77,7 +77,7 @@ class EffectSet:
 
     def having(self, hook: str) -> tuple[BoundEffect, ...]:
         """Return the effects that define a hook."""
-        return tuple(b for b in self.bound if has_hook(b.effect, hook))
+        return tuple(b for b in self.bound if _defines(type(b.effect), hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:

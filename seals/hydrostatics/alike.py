@@ -37,6 +37,7 @@ class HullsAlike:
             rows = [row for row, _ in own]
             self._forms.append((np.array(rows), [part for _, part in own]))
             links += rows
+        # row of a hull: k_l at the columns of its parts, zero elsewhere
         self._gather = 1.0 * (np.arange(len(hulls))[:, None] == np.array(links))
         self._shift = np.zeros((3, len(hulls)))
         for row, hull in enumerate(hulls):
@@ -69,6 +70,7 @@ class HullsAlike:
         total = xp.matmul(kept.gather, xp.concat(found, axis=1))
         if kept.shift is None:
             return total
+        # sum v (x + shift) = sum v x + V shift; the waterplane stays where it is
         moved = total[1:4] + kept.shift * total[:1]
         return xp.concat((total[:1], moved, total[4:]), axis=0)
 
@@ -98,6 +100,7 @@ def _stacked(hulls: Sequence[HullPlaced], like: Array) -> HullPlaced:
     """Return primitives of one form as one whose sizes and places are columns, shape (P, 1)."""
     many = copy.copy(hulls[0])
     for name, value in vars(hulls[0]).items():
+        # names with an underscore hold what follows from these, and no form reads it
         if isinstance(value, NUMBERS) and not name.startswith("_"):
             vars(many)[name] = _columns([vars(hull)[name] for hull in hulls], like)
     return many

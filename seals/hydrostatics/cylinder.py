@@ -39,6 +39,8 @@ class Part(NamedTuple):
 def _chord_integrals(xp: Any, x: Column) -> tuple[Column, Column, Column]:
     """Return the integrals of 2 sqrt(1 - x^2) times 1, x, x^2 from the disc's centre to ``x``."""
     squared = (1.0 - x) * (1.0 + x)
+    # x sqrt(1 - x^2) + asin x, -2/3 (1 - x^2)^(3/2), (asin x - x sqrt(1 - x^2) (1 - 2 x^2)) / 4;
+    # the product in `squared` keeps digits that 1 - x^2 would lose near the rim
     root = xp.sqrt(squared)
     half, angle = x * root, xp.asin(x)
     second = 0.25 * (angle + half * (1.0 - 2.0 * squared))
@@ -62,18 +64,22 @@ def _flat_ended(  # noqa: PLR0917 - positional, in the hot path
         length: [m].
     """
     one = depth * 0.0 + 1.0
+    # upright, s = 0: the surface passes the radial coordinate at once, over a width of rounding
     r = xp.maximum(s * radius, one * (1e-9 * (radius + length)))
     true = xp.abs(c) * length
     w = xp.maximum(true, r * LEAST_TILT)
     p = depth + 0.5 * w
+    # chords below `low` are wet over the whole length, those above `high` dry
     low = xp.maximum(xp.minimum((p - w) / r, one), -one)
     high = xp.maximum(xp.minimum(p / r, one), -one)
     a0, a1, a2 = _chord_integrals(xp, low)
     b0, b1, b2 = _chord_integrals(xp, high)
     g, k = p / w, r / w
     d0, d1, d2 = b0 - a0, b1 - a1, b2 - a2
+    # between them the wetted share of the length is g - k x
     ramp = g * d0 - k * d1
     across = a1 + g * d1 - k * d2
+    # int chord (u^2 - u) / 2 with u = g - k x, from the middle of the length
     axial = 0.5 * (g * (ramp - d0) - k * (g * d1 - k * d2 - d1))
     size = radius * radius * length
     volume = size * (a0 + HALF_PI + ramp)
@@ -112,11 +118,13 @@ def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> P
     # a hair inside the poles, where the angles below would be atan2(0, 0); costs 1e-28 of V
     most = one - 1e-14
     d = xp.maximum(xp.minimum(depth / radius, most), -most)
+    # radius of the waterplane disc, and half angle of the segment of the flat face
     rho_squared = (1.0 - d) * (1.0 + d)
     rho = xp.sqrt(rho_squared)
     flat = xp.maximum(xp.minimum(d / s, one), -one)
     flat_squared = (1.0 - flat) * (1.0 + flat)
     flat_root = xp.sqrt(flat_squared)
+    # line in which the surface meets the flat face, from the centre of the waterplane disc
     v = xp.maximum(xp.minimum(-d * c / s, rho), -rho)
     chord_squared = (rho - v) * (rho + v)
     chord = xp.sqrt(chord_squared)
@@ -124,6 +132,7 @@ def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> P
     segment = rho_squared * phi - v * chord
     surface = 2.0 * (d * phi + xp.atan2(s * flat_root, c))
     j_water = 0.25 * (rho_squared * segment - (2.0 / 3.0) * v * chord_squared * chord)
+    # (2/3) int (1 - x^2)^(3/2) dx from -1 to `flat`, in closed form
     j_flat = (flat * flat_root * (2.5 - flat * flat) + 1.5 * (xp.asin(flat) + HALF_PI)) / 6.0
     square = radius * radius
     along = (2.0 / 3.0) * square * radius * chord_squared * chord / s
@@ -196,7 +205,7 @@ class _Rod(HullPlaced):
 class HullCylinder(_Rod):
     """Hull of a circular cylinder, axis along its own z.
 
-    Equation: see :func:`seals.hydrostatics.revolution.flat_ended`.
+    Equation: see :func:`_flat_ended`.
 
     Args:
         radius: [m].
@@ -228,7 +237,7 @@ class HullCylinder(_Rod):
 class HullCapsule(_Rod):
     """Hull of a capsule (cylinder with hemispherical ends), axis along its own z.
 
-    Equation: a flat-ended cylinder and two half balls, see :mod:`seals.hydrostatics.revolution`.
+    Equation: a flat-ended cylinder and two half balls.
 
     Args:
         radius: [m].

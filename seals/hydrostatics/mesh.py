@@ -43,6 +43,7 @@ class Faces:
         self.corners = np.ascontiguousarray(corners, dtype=np.float64)
         self.flat = np.ascontiguousarray(self.corners.transpose(2, 1, 0).reshape(3, -1))
         self.total = self.corners.sum(axis=1)
+        # area vectors, of half the length of the cross product of two edges
         edges = self.corners[:, 1:] - self.corners[:, :1]
         self.vectors = np.ascontiguousarray(0.5 * np.cross(edges[:, 0], edges[:, 1]).T)
 
@@ -65,6 +66,7 @@ def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> _Clipped:
     lean = ups @ faces.vectors
     level = levels[:, :, None]
     low, middle, high = (ranked[:, None] for ranked in _ranked(heights))
+    # with two corners under water a face counts as wet, and its dry tip is taken off below
     above = middle < level
     sums = _whole(faces, heights, lean, levels, above)
     crossing = tuple(np.nonzero((low < level) & (level < high)))
@@ -89,6 +91,8 @@ def _whole(
 ) -> Vector:
     """Return the sums over the faces that are submerged, all of them or all but one corner."""
     a, b, c = heights[:, 0], heights[:, 1], heights[:, 2]
+    # over a triangle <g> = sum g / 3, <g^2> = ((sum g)^2 + sum g^2) / 12 and
+    # <x g> = (sum x sum g + sum x g) / 12, over its corners
     h = a + b + c
     squares = a * a + b * b + c * c
     products = np.einsum("fci,ncf->nfi", faces.corners, heights)
@@ -124,6 +128,8 @@ def _cut(
     apex, mid = np.where(top, order[:, 2], order[:, 0]), order[:, 1]
     far = 3 - apex - mid
     g = h[rows, apex] - p
+    # shares of the two edges at the apex that lie on its side of the surface; the tip has
+    # alpha beta of the face's area, and g vanishes at its other two corners
     alpha = g / (h[rows, apex] - h[rows, mid])
     beta = g / (h[rows, apex] - h[rows, far])
     weight = np.where(top, -lean[n, f], lean[n, f]) * alpha * beta

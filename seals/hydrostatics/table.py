@@ -177,6 +177,7 @@ def centred(xp: Any, sums: Sums, whole: Any) -> tuple[Any, Any, Any, Any]:
     volume, mx, my, mz, area, ax, ay, az = sums
     least, little = EMPTY_SHARE * whole, EMPTY_SHARE * whole ** (2.0 / 3.0)
     wet = xp.astype(volume > least, volume.dtype)
+    # nothing is divided by nothing: dry rows have share zero
     share = wet / xp.maximum(volume, 0.0 * volume + least)
     flat = wet * xp.astype(area > little, volume.dtype)
     part = flat / xp.maximum(area, 0.0 * volume + little)
@@ -213,6 +214,7 @@ def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:
     k = hull.scale
 
     def law(xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
+        # `HullCompound.wetted` over a batch
         below = level - (ux * lx + uy * ly + uz * lz)
         parts = [part(xp, ux, uy, uz, below) for part in laws]
         v, mx, my, mz, a, ax, ay, az = (sum(c[1:], c[0]) * k for c in zip(*parts, strict=True))

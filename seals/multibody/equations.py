@@ -142,6 +142,7 @@ class Assembly:
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
         added = any(not weightless(i[2]) for i in found.inertias)
+        # composite bodies serve rigid inertias alone: added ones differ from axis to axis
         if kinematics.many and not added and self._rigid is not None:
             return self._composed(kinematics, moving, found, joint_force)
         xp = namespace(moving.speed)
@@ -231,6 +232,7 @@ class Assembly:
     def _load(self, kinematics: Kinematics, moving: LinkVelocities, links: slice) -> Floats:
         """Forces and torques of inertia on some links, link axes, shape (6, l, B)."""
         twist = moving.twists.T[:, links]
+        # -(I b) - (w x p, w x L + v x p), with (p, L) = I (v, w): Newton-Euler in link axes
         load = -self._times(kinematics.bias(moving).T[:, links], links)
         momentum = self._times(twist, links)
         load[:3] -= crossed(twist[3:], momentum[:3])
@@ -261,6 +263,7 @@ class Assembly:
         if kept is not None and kept[0] is kinematics:
             matrix = kept[1]
         else:
+            # M = sum J^T (I + A) J over the links
             matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
             if self.armature is not None:
                 matrix = heavier(matrix, self.armature[None])
@@ -268,6 +271,7 @@ class Assembly:
         right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]
+            # joints come last in the generalised force
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         return matrix, right
 
@@ -299,6 +303,7 @@ class Assembly:
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
         inertia = self.inertia[0]
+        # one matrix for each link serves all of its rows, where there are many on NumPy
         alike = self.inertia.shape[0] == 1 and type(inertia) is np.ndarray and batch >= FEW
         if not alike and (batch > 1 or self.inertia.shape[0] > 1):
             each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
@@ -343,6 +348,7 @@ def scatter(values: Array, rows: Any, count: int) -> Array:
     xp = namespace(values)
     index = np.arange(count)[rows]
     source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)
+    # rows outside take some row, and are multiplied by zero
     source[index] = np.arange(len(index)) if values.shape[0] > 1 else 0
     inside[index] = 1.0
     shape = (count, *(1 for _ in values.shape[1:]))

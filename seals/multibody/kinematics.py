@@ -122,6 +122,7 @@ class Kinematics:
         upper, lower = [], []
         if self._lead:
             eye, zero = self._base_blocks()
+            # of the base: V = v + w x r = v - r x w, W = w
             upper += [eye, skew_last(-self._arm)]
             lower += [zero, eye]
         if self.tree.joints:
@@ -154,6 +155,7 @@ class Kinematics:
         axes, anchors = (_contiguous(_turned_over(x)) for x in (self.hinges, self.anchors))
         arm = self._arm[:, :, None, :] - anchors[:, None, :, :]
         angular = axes[:, None] * as_like(tree.moves[:, :, None], arm)
+        # a hinge gives V = a x (p - s) and W = a to all links beyond it, a slide V = a alone
         linear = cross_last(angular, arm)
         if self._sliding:
             slides = as_like(tree.slides, arm)
@@ -232,9 +234,11 @@ class Kinematics:
             moves = as_like(tree.moves, rates)
             velocity, spin = _turned_over(moving.linear), _turned_over(moving.angular)
             turning = self.hinges * rates[self._lead :]
+            # the child's rate differs by a q' along the axis itself, which crosses to zero
             change, slide = self._split(crossed(_taken(spin, tree.parents, 1), turning))
             inner = crossed(change, self.anchors)
             turning, _ = self._split(turning)
+            # d/dt of a q' x s: the joint itself moves, with the link that it carries
             inner += crossed(turning, _taken(velocity, tree.children, 1))
             angular = xp.matmul(moves, change)
             linear = crossed(angular, self.arm)
@@ -242,6 +246,7 @@ class Kinematics:
             if slide is not None:
                 linear += xp.matmul(moves, slide)
         if self._lead:
+            # the base's own acceleration is taken in world axes, the twist in those of the link
             linear = linear - crossed(rates[3:6], rates[0:3])[:, None]
         return _turned_over(self._in_links(linear, angular))
 
@@ -304,6 +309,7 @@ def link_motion(
     """
     rotation = by_link(kinematics.rotations)
     rows = by_link(moving.twists)
+    # one instant for all, or one for each robot: then once for each link
     if time.shape[0] > 1:
         time = namespace(time).concat([time] * (rows.shape[0] // time.shape[0]), axis=0)
     return Motion(
@@ -329,6 +335,7 @@ def by_link(x: Array) -> Array:
 def by_batch(x: Array, links: int) -> Array:
     """Reorder rows link by link (L B, ...) into (B, L, ...)."""
     if x.shape[0] == links:
+        # as many rows as links are one robot, whatever the batch that it came from
         return x[None]
     xp = namespace(x)
     shaped = xp.reshape(x, (links, x.shape[0] // links, *x.shape[1:]))

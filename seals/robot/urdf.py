@@ -103,7 +103,8 @@ def _refuse_huge_mesh(where: str, target: Path) -> None:
     if max(size, declared) > _LARGEST_MESH:
         raise RobotError(
             f"{where} has, or declares, {max(size, declared) / 1e6:.0f} MB.\n"
-            f"Allowed: up to {_LARGEST_MESH / 1e6:.0f} MB; simplify it (some 1,000 triangles will do)."
+            f"Allowed: up to {_LARGEST_MESH / 1e6:.0f} MB; "
+            "simplify it (some 1,000 triangles will do)."
         )
     if declared > size:
         raise RobotError(

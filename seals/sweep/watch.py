@@ -81,7 +81,7 @@ def _same_place(given: Any, folder: Path) -> bool:
     """Return whether a setting names a folder; False where it is not set.
 
     Example:
-        >>> same_place("runs/a/", Path("runs/a")), same_place(None, Path("."))
+        >>> _same_place("runs/a/", Path("runs/a")), _same_place(None, Path("."))
         (True, False)
     """
     return given is not None and Path(str(given)).resolve() == folder.resolve()

@@ -53,6 +53,7 @@ OWN = {
     "seals/caches.py",
     "seals/cli/describe.py",
     "seals/cli/installed_files.py",
+    "seals/cli/listing.py",
     "seals/config/roots.py",
     "seals/registry.py",
     "seals/report/page.py",

@@ -20,7 +20,7 @@ import pytest
 
 from seals.child_process import SAFE
 from seals.cli import __main__ as entry
-from seals.cli import describe
+from seals.cli import listing
 from seals.cli.main import main
 from seals.logs import atomic
 from seals.logs.run_folder import alive
@@ -200,7 +200,7 @@ def test_every_verb_is_interrupted(
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     """Those that write nothing, too, when they are those of the process itself."""
-    send(describe, "list_installed", number)
+    send(listing, "list_installed", number)
     monkeypatch.setattr(sys, "argv", ["seals", "list"])
     monkeypatch.setenv(SAFE, "1")
     assert main() == 130

@@ -218,8 +218,8 @@ def _beyond_words(words: list[str]) -> str:
 
 def test_a_fault_of_this_program_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     """An index beyond the end in a line of a command is no matter of the user's numbers."""
-    ours = FunctionType(_beyond_words.__code__, {"__name__": "seals.cli.describe"})
-    monkeypatch.setattr("seals.cli.describe.list_installed", ours)
+    ours = FunctionType(_beyond_words.__code__, {"__name__": "seals.cli.listing"})
+    monkeypatch.setattr("seals.cli.listing.list_installed", ours)
     with pytest.raises(IndexError):
         main(["list"])
 

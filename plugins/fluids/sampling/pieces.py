@@ -235,7 +235,7 @@ def _hull_of(vertices: Floats, volume: float) -> Any:
 
     Example:
         >>> corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1]), -1).reshape(-1, 3)
-        >>> hull_of(corners, 1.0) is None, hull_of(corners, 0.9) is None
+        >>> _hull_of(corners, 1.0) is None, _hull_of(corners, 0.9) is None
         (False, True)
     """
     from scipy.spatial import ConvexHull, QhullError

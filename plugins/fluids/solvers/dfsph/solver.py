@@ -211,6 +211,8 @@ class _DfsphPipeline(DevicePipeline):
         now, moving = self.incompressible, self.moving
         if static_changed and not moving:
             self.stages.place_samples()
+        # Bender and Koschier 2015, algorithm 1, which is cyclic, entered after its search: first
+        # no divergence, then forces, then constant density at the end of the substep
         self.kernels.sort(moving)
         self.numbers.warm[None] = self.settings.own.warm
         now.factors()

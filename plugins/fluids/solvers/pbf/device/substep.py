@@ -147,6 +147,7 @@ class Substep:
         self.end(moving)
 
     @ti.func
+    # the loop of Macklin and Mueller 2013, algorithm 1, with one search for all iterations
     def begin(self, moving: ti.template()):
         """Prediction, sort, search, and the displacement of a warm start."""
         if ti.static(moving):
