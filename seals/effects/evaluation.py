@@ -13,7 +13,7 @@ import numpy as np
 from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.binding import BoundEffect, EffectSet
 from seals.effects.effect import MediumKind
-from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
+from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
 from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
@@ -104,8 +104,9 @@ class Evaluator:
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
         self._batch = batch
         self._joint_rows = rows_of(joint_links, links, batch) if joint_links else slice(0, 0)
+        # arguments of a hook, and whether it declares those that are costly to compute
         self._picks = {
-            (b.name, hook): _Call(pick_of(b.effect, hook), names_any(b.effect, hook, wanted))
+            (b.name, hook): (pick_of(b.effect, hook), names_any(b.effect, hook, wanted))
             for hook, wanted in _DEAR.items()
             for b in effects.having(hook)
         }
@@ -165,10 +166,10 @@ class Evaluator:
             (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
         ]
         for b in self.effects.joint_others if self.implicit else self.effects.joint_loads:
-            wanted = self._picks[b.name, "joint_loads"]
-            beside = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
+            pick, dear = self._picks[b.name, "joint_loads"]
+            beside = self._at_joints(b, motion, sample, seen) if dear else (None, None)
             given = (*beside, joints, inputs, memory.get(b.name), b.params)
-            force, kept = b.hooks.joint_loads(*wanted.pick(given))
+            force, kept = b.hooks.joint_loads(*pick(given))
             _check_joint_force(b, force, joints, self._batch)
             joint_loads.append((b, force))
             _keep(new, b, kept)
@@ -301,11 +302,11 @@ class Evaluator:
 
     def _given(self, b: BoundEffect, hook: str, given: tuple[Any, ...]) -> tuple[Any, ...]:
         """Arguments of a hook on links; joint states are repeated for every link of the effect."""
-        wanted = self._picks[b.name, hook]
-        if wanted.dear and len(b.links) > 1:
+        pick, dear = self._picks[b.name, hook]
+        if dear and len(b.links) > 1:
             at = _JOINTS[hook]
             given = (*given[:at], _repeated(given[at], len(b.links)), *given[at + 1 :])
-        return wanted.pick(given)
+        return pick(given)
 
     def _at_joints(
         self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]
@@ -352,13 +353,6 @@ def _check_joint_force(b: BoundEffect, force: Array, joints: Joints, batch: int)
             "joints: seals.by_joint(column, joints) turns a column of the motion or the medium "
             "into (N, J)."
         )
-
-
-class _Call(NamedTuple):
-    """Arguments of one hook, and whether it declares those that are costly to compute."""
-
-    pick: Pick
-    dear: bool
 
 
 _DEAR = {

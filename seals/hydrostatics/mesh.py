@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,22 +13,6 @@ from seals.hydrostatics.wetted import DRY, ZERO, Sums, Vector, Wetted, frozen, w
 
 SUMS = 9
 """Columns of the face sums: <1>, <g>, <g^2>, <x> (3), <x g> (3)."""
-
-
-class _Clipped(NamedTuple):
-    """Wetted sums of a mesh, for several normals and several levels each.
-
-    Args:
-        volume: [m^3], shape (normals, levels).
-        moment: first moments about the link origin [m^4], shape (normals, levels, 3).
-        area: waterplane area [m^2], shape (normals, levels).
-        area_moment: first moments of the waterplane [m^3], shape (normals, levels, 3).
-    """
-
-    volume: Vector
-    moment: Vector
-    area: Vector
-    area_moment: Vector
 
 
 class Faces:
@@ -48,7 +31,7 @@ class Faces:
         self.vectors = np.ascontiguousarray(0.5 * np.cross(edges[:, 0], edges[:, 1]).T)
 
 
-def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> _Clipped:
+def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> Vector:
     """Cut a mesh by the planes up . x = level.
 
     Equation: with N = (area vector of a face) . up and g = up . x - level, summed over the faces,
@@ -61,6 +44,9 @@ def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> _Clipped:
         faces: the mesh.
         ups: unit normals of the surface, shape (normals, 3).
         levels: heights of the surface above the link origin [m], shape (normals, levels).
+
+    Returns:
+        V [m^3], M about the link origin [m^4], A [m^2] and M_A [m^3], shape (normals, levels, 8).
     """
     heights = (ups @ faces.flat).reshape(len(ups), 3, -1)
     lean = ups @ faces.vectors
@@ -72,11 +58,10 @@ def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> _Clipped:
     crossing = tuple(np.nonzero((low < level) & (level < high)))
     if len(crossing[0]):
         sums += _cut(faces, heights, lean, levels, crossing)
-    area = -sums[..., 0]
-    volume = sums[..., 1]
-    up = ups[:, None, :]
+    up, volume = ups[:, None, :], sums[..., 1:2]
     moment = sums[..., 6:9] - (0.5 * sums[..., 2])[..., None] * up
-    return _Clipped(volume, moment, area, up * volume[..., None] - sums[..., 3:6])
+    flat = up * volume - sums[..., 3:6]
+    return np.concatenate((volume, moment, -sums[..., :1], flat), axis=-1)
 
 
 def _ranked(heights: Vector) -> tuple[Vector, Vector, Vector]:
@@ -195,14 +180,14 @@ class HullMesh:
         self.vertices = np.unique(self.faces.corners.reshape(-1, 3), axis=0)
         self.reach = float(np.sqrt((self.vertices**2).sum(axis=1).max()))
         above = np.array([[2.0 * self.reach + 1.0]])
-        whole = _clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), above)
-        self.volume = float(whole.volume[0, 0])
+        whole = self.cut(np.array([[0.0, 0.0, 1.0]]), above)[0, 0]
+        self.volume = float(whole[0])
         if self.volume <= 0.0:
             raise RobotError(
                 f"the mesh encloses {self.volume:.3g} m^3.\n"
                 "Wind its faces counter-clockwise from outside, or use hull_from_mesh."
             )
-        self.centroid: Vector = frozen(*(whole.moment[0, 0] / self.volume).tolist())
+        self.centroid: Vector = frozen(*(whole[1:4] / self.volume).tolist())
         self._full = Wetted(self.volume, self.centroid, 0.0, ZERO)
 
     @property
@@ -211,7 +196,7 @@ class HullMesh:
         z = self.vertices[:, 2]
         inset = (np.arange(PLAN_LEVELS) + 0.5) / PLAN_LEVELS
         levels = z.min() + (z.max() - z.min()) * inset
-        return float(_clip_mesh(self.faces, np.array([[0.0, 0.0, 1.0]]), levels[None]).area.max())
+        return float(self.cut(np.array([[0.0, 0.0, 1.0]]), levels[None])[..., 4].max())
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:
         """Return the part below the surface, see `Hull`."""
@@ -220,8 +205,7 @@ class HullMesh:
         if level >= self.reach:
             return self._full
         normal = np.asarray(up, dtype=np.float64)
-        cut = _clip_mesh(self.faces, normal[None], np.array([[level]], dtype=np.float64))
-        sums = np.concatenate((cut.volume[0], cut.moment[0, 0], cut.area[0], cut.area_moment[0, 0]))
+        sums = self.cut(normal[None], np.array([[level]], dtype=np.float64))[0, 0]
         return wetted_of(Sums(*sums.tolist()), self.volume)
 
     resolution = None
@@ -248,7 +232,4 @@ class HullMesh:
 
     def cut(self, ups: Vector, levels: Vector) -> Vector:
         """Return volume, moments, area and area moments, shape (normals, levels, 8)."""
-        c = _clip_mesh(self.faces, ups, levels)
-        return np.concatenate(
-            (c.volume[..., None], c.moment, c.area[..., None], c.area_moment), axis=-1
-        )
+        return _clip_mesh(self.faces, ups, levels)

@@ -13,26 +13,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, optional_import
+from seals.sensors.casting import Hits
 from seals.sensors.rays import Shape
 
 KINDS = ("plane", "box", "cylinder", "capsule", "sphere", "mesh")
 _TINY, _FLAT = 1e-12, 1e-300
 _FACES = 256
 """Triangles that are met at a time."""
-
-
-class _TensorHits(NamedTuple):
-    """First hits of n rays, tensors of double precision.
-
-    Args:
-        distance: along each ray [m], infinite for a miss, shape (n,).
-        normal: outward, world axes, of any direction for a miss, shape (n, 3).
-        shape: row of the scene's table that was hit, any for a miss, shape (n,).
-    """
-
-    distance: Any
-    normal: Any
-    shape: Any
 
 
 class Scene(NamedTuple):
@@ -82,8 +69,10 @@ def tensor_cast(
     directions: Any,
     *,
     farthest: float,
-) -> _TensorHits:
-    """Return the first hit of every ray, as `seals.sensors.casting.cast` does.
+) -> Hits:
+    """Return the first hit of every ray, as `seals.sensors.casting.cast` does, as tensors.
+
+    A miss has any normal and any row; shapes are rows of the scene's table.
 
     Args:
         table: of a `Scene`, as a tensor.
@@ -117,7 +106,7 @@ def tensor_cast(
     normal = _normals(table[first, 15], half[first], own)
     for k, side in sides.items():
         normal = torch.where((first == k)[:, None], side, normal)
-    return _TensorHits(way, torch.einsum("nij,nj->ni", turn[first], normal), first)
+    return Hits(way, torch.einsum("nij,nj->ni", turn[first], normal), first)
 
 
 def _span(kind: str, start: Any, ways: Any, half: Any) -> tuple[Any, Any]:
