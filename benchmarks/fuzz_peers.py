@@ -43,7 +43,7 @@ def _silence() -> Iterator[None]:
 
 
 def _state() -> Any:
-    from seals.teleop.autopilot.flight_state import FlightState
+    from seals.teleop.autopilot.link import FlightState
 
     rest = np.zeros(3)
     return FlightState(0.0, rest, rest, rest, np.eye(3), rest, rest, rest, {})

@@ -15,11 +15,10 @@ from seals.batch.fused import FusedBody
 from seals.batch.rigid import RigidBody
 from seals.batch.state import GAMMA, Posture, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
-from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.binding import BoundEffect, EffectSet, rows_of
 from seals.effects.evaluation import Evaluator
 from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
-from seals.effects.rows import rows_of
 from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves

@@ -14,8 +14,7 @@ from seals.arrays import Floats
 from seals.check.finding import RobotFinding, Verdict, failed, listed, passed, triple, warned
 from seals.check.floating import FloatingBody
 from seals.check.joints import look_at_joints, look_at_servos
-from seals.check.lift import CommandedDirections, authority, hover_share
-from seals.check.reach import look_at_reach, reach_of
+from seals.check.reach import CommandedDirections, authority, hover_share, look_at_reach, reach_of
 from seals.control.axes import wrench_matrix
 from seals.control.fins import with_fins
 from seals.control.plant import ROTOR, Layout, layout_of, rest_poses

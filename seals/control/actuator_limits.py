@@ -8,8 +8,7 @@ import numpy as np
 
 from seals.arrays import Array, as_like, namespace, some
 from seals.control.plant import ROTOR, Plant
-from seals.effects.binding import BoundEffect, EffectSet
-from seals.effects.rows import rows_of
+from seals.effects.binding import BoundEffect, EffectSet, rows_of
 from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
 from seals.multibody.kinematics import take, take_motion

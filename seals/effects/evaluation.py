@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
-from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.binding import BoundEffect, EffectSet, rows_of, spread
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
-from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried

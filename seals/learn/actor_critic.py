@@ -67,7 +67,7 @@ class TanhNormal:
 class ActorCriticNetworks(Stateful):
     """Actor, critics, target critics and temperature, each with its optimiser.
 
-    Make it inside `seals.learn.seeding.first_weights`.
+    Make it inside `seals.learn.starts.first_weights`.
 
     Args:
         features: numbers that the actor takes.

@@ -26,12 +26,11 @@ from seals.scaffold.effects import (
     share_afloat,
 )
 from seals.scaffold.estimates import NO_LIMIT, servo_values, short, thrust_loads, water_loads
-from seals.scaffold.legs import DAMPED_ON_FOUR, gait_of, leg_servos, with_feet
+from seals.scaffold.legs import DAMPED_ON_FOUR, gait_of, leg_servos, stances_of, with_feet
 from seals.scaffold.limbs import Limbs, limbs_of
 from seals.scaffold.mending import add_inertials, mended
 from seals.scaffold.rotors import GRAVITY, WATER, Drives, drives_of, held_down
 from seals.scaffold.shapes import LinkHull, extents_of, hulls_of, rounded, with_volumes
-from seals.scaffold.stance import stances_of
 from seals.scaffold.takeover import Takeover
 from seals.scaffold.wings import add_wing_frames, leave_out_blades, lift_effects
 from seals.scaffold.writing import beside_of, flow, free_name, plain, rendered

@@ -13,7 +13,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError, optional_import
-from seals.sensors.casting import Hits
 from seals.sensors.rays import Shape
 
 KINDS = ("plane", "box", "cylinder", "capsule", "sphere", "mesh")
@@ -69,10 +68,8 @@ def tensor_cast(
     directions: Any,
     *,
     farthest: float,
-) -> Hits:
+) -> tuple[Any, Any, Any]:
     """Return the first hit of every ray, as `seals.sensors.casting.cast` does, as tensors.
-
-    A miss has any normal and any row; shapes are rows of the scene's table.
 
     Args:
         table: of a `Scene`, as a tensor.
@@ -81,6 +78,10 @@ def tensor_cast(
         origin: of all rays [m], tensor of shape (3,).
         directions: unit vectors, tensor of shape (n, 3).
         farthest: length of the rays [m].
+
+    Returns:
+        distance [m], infinite for a miss, (n,); normal, world axes, any for a miss, (n, 3); row of
+        the scene's table that was hit, any for a miss, (n,).
     """
     import torch
 
@@ -106,7 +107,7 @@ def tensor_cast(
     normal = _normals(table[first, 15], half[first], own)
     for k, side in sides.items():
         normal = torch.where((first == k)[:, None], side, normal)
-    return Hits(way, torch.einsum("nij,nj->ni", turn[first], normal), first)
+    return way, torch.einsum("nij,nj->ni", turn[first], normal), first
 
 
 def _span(kind: str, start: Any, ways: Any, half: Any) -> tuple[Any, Any]:

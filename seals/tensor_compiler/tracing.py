@@ -17,8 +17,16 @@ import numpy as np
 from seals.arrays import undecided
 from seals.errors import ConfigError, line_in_law
 from seals.tensor_compiler import moving
-from seals.tensor_compiler.columns import SAME, Columns
-from seals.tensor_compiler.grids import MOST, Grid, along, broadcast, filled_with, splits
+from seals.tensor_compiler.columns import (
+    MOST,
+    SAME,
+    Columns,
+    Grid,
+    along,
+    broadcast,
+    filled_with,
+    splits,
+)
 from seals.tensor_compiler.moving import unsqueeze
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from seals.api import make
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
-from seals.plugins.viewers.bullet import egl as egl_module
+from seals.plugins.viewers.bullet import renderer as egl_module
 from seals.plugins.viewers.bullet.drawing import normals_of
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Renderer, Scene, Shape

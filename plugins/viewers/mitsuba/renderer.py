@@ -16,8 +16,15 @@ from numpy.typing import NDArray
 
 from seals.errors import PhysicsError
 from seals.field_roles import roles
-from seals.plugins.viewers.mitsuba.building import WIDE, Build, Crop, camera, plain_colour
-from seals.plugins.viewers.mitsuba.shapes import pose_of, write_shapes
+from seals.plugins.viewers.mitsuba.building import (
+    WIDE,
+    Build,
+    Crop,
+    camera,
+    plain_colour,
+    pose_of,
+    write_shapes,
+)
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.rendering.optics import Optics

@@ -23,8 +23,7 @@ from seals.run.progress import progress
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields
 from seals.view import Replay, open_replay
-from seals.view.films.files import Frames, times_of
-from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.files import Frames, refuse_missing, times_of, write_film
 from seals.view.films.frame import Drawn, Frame, Photographer
 from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
 from seals.view.films.viewpoint import Viewpoint, Way, camera_of, in_picture

@@ -6,9 +6,8 @@ particles and less a CUDA device is quicker than calls from Python.
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
-from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
+from seals.plugins.fluids.solvers.pbf.device.cohesion import Adhesion, Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
 from seals.plugins.fluids.solvers.pbf.device.gap import Gap
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
