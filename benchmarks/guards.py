@@ -95,8 +95,8 @@ GUARDS: dict[str, Guard] = {
     ),
     "form of a card": Guard(
         "seals.learn.metadata",
-        'or metadata.get("format") != form',
-        "",
+        'if metadata.get("format") != form:',
+        "if False:",
         POLICY,
         "strange_policies",
         "torchrl",

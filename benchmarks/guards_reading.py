@@ -158,7 +158,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "files that a URDF names": Guard(
         "seals.robot.urdf",
-        "    refuse_names_elsewhere(path, raw)\n",
+        "    _refuse_names_elsewhere(path, raw)\n",
         "",
         REFERENCES,
         "picture_elsewhere",

@@ -283,7 +283,11 @@ class LiveRos2:
             MissingExtra: zenoh or rosbags is not installed.
             ConfigError: a name or an endpoint cannot be used.
         """
-        self._check()
+        for key, value in (("node", self.node), ("namespace", self.namespace)):
+            if not _NAME.fullmatch(value) and (value or key == "node"):
+                raise ConfigError(
+                    f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
+                )
         self._messages = Messages()
         self._beat, self._pace = Beat(self.rate), Pace(self.speed)
         self._guide, self._controller = settings.guide, settings.controller
@@ -316,13 +320,6 @@ class LiveRos2:
             _topic_key(self.domain, f"{space}{topic}", kind, hashed.hash_rihs01(kind))
             for topic, kind in topics
         ]
-
-    def _check(self) -> None:
-        for key, value in (("node", self.node), ("namespace", self.namespace)):
-            if not _NAME.fullmatch(value) and (value or key == "node"):
-                raise ConfigError(
-                    f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
-                )
 
     def _take(self, topic: str, kind: str) -> None:
         def keep(message: Any) -> None:

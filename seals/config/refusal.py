@@ -27,7 +27,7 @@ _MOST = 200
 """Neighbours that are looked at."""
 
 
-def unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
+def _unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     """Return the error for a robot that is neither installed nor a folder."""
     path = Path(given)
     urdf = path if path.is_file() and path.suffix in _DRAWN else None
@@ -108,28 +108,28 @@ def added(name: str, *, section: str = "") -> str | None:
     return f"+{kinds[0]}@{kinds[0]}s.{section or name}={name}" if kinds else None
 
 
-def group_of(option: str, group: str) -> str | None:
+def _group_of(option: str, group: str) -> str | None:
     """Return another group of recipes that has an option of this name, or None.
 
     Example:
-        >>> group_of("fossen", "fluid")
+        >>> _group_of("fossen", "fluid")
         'water'
     """
     found = (name for name, paths in recipe_groups().items() if option in {p.stem for p in paths})
     return next((name for name in sorted(found) if name != group), None)
 
 
-def verbs_with(key: str) -> list[str]:
+def _verbs_with(key: str) -> list[str]:
     """Return the verbs of which a name is a key by itself.
 
     Example:
-        >>> verbs_with("span")
+        >>> _verbs_with("span")
         ['convert']
     """
     return [name for name in VERBS if key in root_schema(name).__dataclass_fields__]
 
 
-def home_of(key: str, node: Any, *, depth: int = 2) -> str | None:
+def _home_of(key: str, node: Any, *, depth: int = 2) -> str | None:
     """Return the full key of a value that has this last name in a configuration, or None.
 
     Args:
@@ -147,7 +147,7 @@ def home_of(key: str, node: Any, *, depth: int = 2) -> str | None:
         below = node[name]
         if name == key and not OmegaConf.is_dict(below):
             return str(key)
-        found = home_of(key, below, depth=depth - 1)
+        found = _home_of(key, below, depth=depth - 1)
         if found is not None:
             return f"{name}.{found}"
     return None
@@ -191,7 +191,7 @@ def refusals(
         where = f"{place.name}, line {place.line + 1}" if place else "a file of configuration"
         raise ConfigError(f"{where} is not valid YAML: {error.problem}.\nCorrect it.") from error
     except (HydraException, OmegaConfBaseException) as error:
-        refusal = explain(error, overrides, root=root)
+        refusal = _explain(error, overrides, root=root)
         if isinstance(error, HydraException):
             refusal = _of_words(overrides, several) or refusal
         raise refusal from error
@@ -228,7 +228,7 @@ def _refuse_key_of_list(error: ValueError, overrides: Sequence[str]) -> None:
             ) from error
 
 
-def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
+def _explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
     """Return a ConfigError that explains an error of Hydra or OmegaConf."""
     chain: list[BaseException] = [error]
     while (link := chain[-1].__cause__ or chain[-1].__context__) is not None:
@@ -279,11 +279,11 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
             "There is none yet. Make one: seals add diagnosis=FOLDER name=NAME"
         )
     if group == "robot" and name:
-        return unknown_robot(name, options)
+        return _unknown_robot(name, options)
     label = "Installed" if group in registry.GROUPS else "Allowed"
     if name == "":
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
-    other = group_of(name, group)
+    other = _group_of(name, group)
     if group == "env" and name in registry.names("task"):
         other = "task"
     hint = f"Write {other}={name}.  " if other else ""
@@ -354,10 +354,10 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
             return "The water of particles has such keys: water=particles"
         return "This mapping is empty: put a + in front of the key to add it."
     slip = difflib.get_close_matches(key, allowed, n=1, cutoff=_SLIP)
-    home = None if parent is None or slip else home_of(key, parent._get_root())
+    home = None if parent is None or slip else _home_of(key, parent._get_root())
     if home is not None:
         return f"Did you mean '{home}'?  See all keys with: --cfg job"
-    verbs = [] if parent is None or slip else verbs_with(key)
+    verbs = [] if parent is None or slip else _verbs_with(key)
     if 0 < len(verbs) <= _FEW and parent._get_full_key(None) == "":
         other = " or ".join(f"seals {name}" for name in verbs)
         return f"It is a key of {other}.  {suggestion('', allowed)}"

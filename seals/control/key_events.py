@@ -105,7 +105,7 @@ _WORDS = {
 }
 
 
-def is_control(name: str) -> bool:
+def _is_control(name: str) -> bool:
     """Return whether a name is that of a key, axis or button of a script."""
     return name in CONTROLS or bool(re.fullmatch(r"(axis|button)_\d+", name))
 
@@ -295,7 +295,7 @@ def _entry(where: str, raw: Any) -> list[Event]:
 
 
 def _event(where: str, time: float, control: str, value: float) -> Event:
-    if not is_control(control):
+    if not _is_control(control):
         raise ConfigError(
             f"{where} there is no control '{control}'.\n{suggestion(control, CONTROLS, most=40)}"
         )

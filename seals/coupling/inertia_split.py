@@ -25,7 +25,7 @@ from seals.multibody.spatial import rigid_inertia
 from seals.robot.model import RobotModel
 
 
-class NearStops(NamedTuple):
+class _NearStops(NamedTuple):
     """Joints whose limits act in the next step of the engine.
 
     Args:
@@ -94,7 +94,7 @@ class JointStops:
         self._lower, self._upper, self._taken_back = lower, upper, taken_back
         self._any = bool(np.isfinite(lower).any() or np.isfinite(upper).any())
 
-    def near(self, joints: Floats, rates: Floats, step: float) -> NearStops | None:
+    def near(self, joints: Floats, rates: Floats, step: float) -> _NearStops | None:
         """Return the limits that act in the next step; None for none.
 
         Args:
@@ -111,7 +111,7 @@ class JointStops:
         back = self._taken_back / step
         low[below] = ((back * (self._lower - joints) - rates) / step)[below]
         high[above] = ((back * (self._upper - joints) - rates) / step)[above]
-        return NearStops(low, high)
+        return _NearStops(low, high)
 
 
 REFRESH = 0.02
@@ -160,7 +160,7 @@ class InertiaSplit:
         dynamics: Dynamics,
         contact: Floats | None,
         acting: ImplicitDrive | None,
-        stops: NearStops | None = None,
+        stops: _NearStops | None = None,
     ) -> tuple[Floats, Floats]:
         """Return the wrenches that make the engine's step follow the full equations.
 
@@ -184,7 +184,7 @@ class InertiaSplit:
         contact: Array | None,
         acting: ImplicitDrive | None,
         engine: Array,
-        stops: NearStops | None = None,
+        stops: _NearStops | None = None,
     ) -> tuple[Array, Array, Array]:
         """Return the wrenches and joint forces of `act`, and the generalised inertia; pure.
 

@@ -176,7 +176,7 @@ def power_law_additions(
         options = law.options_on(subject.robot, subject.effects, medium)
         effect = made(medium=medium, **options)
         squares = effect.constants().get("squares")
-        beside = fitted_spread(subject) if squares is None else {}
+        beside = _fitted_spread(subject) if squares is None else {}
         found.append(
             Addition(
                 instance=f"{name}_{medium.value}_change",
@@ -254,7 +254,7 @@ def turning_slope(slope: Array, params: Parameters) -> Array:
     return product - xp.matmul(slope * spread, others)
 
 
-def fitted_spread(subject: Subject) -> dict[str, Freed]:
+def _fitted_spread(subject: Subject) -> dict[str, Freed]:
     """Return the parameters of a drag of unknown shape that are fitted beside its coefficients.
 
     A drag acts on the body, or at the drives: what a rotor loses with the speed of the air through

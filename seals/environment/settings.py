@@ -66,7 +66,7 @@ SIZES = {SolidType.box: 3, SolidType.cylinder: 2, SolidType.sphere: 1}
 """Numbers in the size of each primitive."""
 
 
-def check_obstacles(obstacles: dict[str, ObstacleSettings]) -> None:
+def _check_obstacles(obstacles: dict[str, ObstacleSettings]) -> None:
     """Refuse obstacles whose size does not fit their type.
 
     Raises:
@@ -82,7 +82,7 @@ def check_obstacles(obstacles: dict[str, ObstacleSettings]) -> None:
             )
 
 
-def check_shore(
+def _check_shore(
     shore: ShoreSettings, *, bottom: float | None, water: float | None, land: float | None
 ) -> None:
     """Refuse a shore without the three levels that it connects.
@@ -162,8 +162,8 @@ def check_ground(environment: EnvironmentSettings) -> None:
         ConfigError: a level is missing, or a size does not fit its type.
     """
     e = environment
-    check_shore(e.shore, bottom=e.tank_bottom, water=e.water_level, land=e.ground_level)
-    check_obstacles(e.obstacles)
+    _check_shore(e.shore, bottom=e.tank_bottom, water=e.water_level, land=e.ground_level)
+    _check_obstacles(e.obstacles)
 
 
 def check_profiles(environment: EnvironmentSettings) -> None:

@@ -41,7 +41,15 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
     metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
-    return _check_metadata(metadata, form=form, where=str(path))
+    if metadata.get("format") != form:
+        given = metadata.get("format")
+        raise ConfigError(f"{path} is of the format {given!r}.\nAllowed here: '{form}'")
+    if metadata.get("version") != 1:
+        raise ConfigError(
+            f"{path} is of version {metadata.get('version')!r}.\n"
+            "This program reads version 1: update."
+        )
+    return metadata
 
 
 def refuse_other(folder: Path, *, form: str, key: str) -> None:
@@ -63,23 +71,6 @@ def refuse_other(folder: Path, *, form: str, key: str) -> None:
         raise ConfigError(
             f"'{folder}' is not a folder of the format {form}, so it is kept.\nChoose another name."
         ) from None
-
-
-def _check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
-    """Return metadata checked against its format.
-
-    Raises:
-        ConfigError: it is none.
-    """
-    if not isinstance(metadata, dict) or metadata.get("format") != form:
-        given = metadata.get("format") if isinstance(metadata, dict) else type(metadata).__name__
-        raise ConfigError(f"{where} is of the format {given!r}.\nAllowed here: '{form}'")
-    if metadata.get("version") != 1:
-        raise ConfigError(
-            f"{where} is of version {metadata.get('version')!r}.\n"
-            "This program reads version 1: update."
-        )
-    return metadata
 
 
 def config_hash(config: Mapping[str, Any]) -> str:

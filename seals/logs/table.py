@@ -10,7 +10,7 @@ import os
 import re
 import struct
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -300,8 +300,14 @@ def read_csv_columns(
     if clock in kinds:
         kinds[clock] = _kind_of_time(raw, names.index(clock), delimiter, skip_lines)
     try:
-        table = _parse_csv(
-            raw, names, kinds=kinds, picked=picked, delimiter=delimiter, skip_lines=skip_lines
+        from pyarrow import csv
+
+        # the header is parsed above: blanks around names and a byte-order mark are common
+        reading = csv.ReadOptions(skip_rows=skip_lines + 1, column_names=names, use_threads=False)
+        converting = csv.ConvertOptions(column_types=dict(kinds), include_columns=picked)
+        parsing = csv.ParseOptions(delimiter=delimiter)
+        table = csv.read_csv(
+            io.BytesIO(raw), read_options=reading, parse_options=parsing, convert_options=converting
         )
     except (pa.ArrowException, ValueError) as error:
         raise LogError(
@@ -319,26 +325,6 @@ def _kind_of_time(raw: bytes, place: int, delimiter: str, skip_lines: int) -> An
     cells = lines[skip_lines + 1].split(delimiter.encode()) if len(lines) > skip_lines + 1 else []
     found = _DATE.fullmatch(cells[place].strip(b'" \r')) if place < len(cells) else None
     return pa.timestamp("ns", "UTC" if found["zone"] else None) if found else pa.float64()
-
-
-def _parse_csv(
-    raw: bytes,
-    names: list[str],
-    *,
-    kinds: Mapping[str, Any],
-    picked: list[str] | None,
-    delimiter: str,
-    skip_lines: int,
-) -> Any:
-    from pyarrow import csv
-
-    # the header is parsed above: blanks around names and a byte-order mark are common
-    reading = csv.ReadOptions(skip_rows=skip_lines + 1, column_names=names, use_threads=False)
-    converting = csv.ConvertOptions(column_types=dict(kinds), include_columns=picked)
-    parsing = csv.ParseOptions(delimiter=delimiter)
-    return csv.read_csv(
-        io.BytesIO(raw), read_options=reading, parse_options=parsing, convert_options=converting
-    )
 
 
 def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: int = 0) -> list[str]:
@@ -407,7 +393,9 @@ def _numbers(file: Path, table: Any, clock: str = "t") -> dict[str, Floats]:
         column = table.column(place)
         kind = column.type
         if pa.types.is_temporal(kind) and name == clock:
-            columns[name] = _seconds(column)
+            # seconds since 1970-01-01
+            whole = column.cast(pa.timestamp("us"), safe=False).cast(pa.int64())
+            columns[name] = _floats(whole.cast(pa.float64(), safe=False)) * 1e-6
             continue
         # a column without a single value has the type null: no sample at all
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_null(kind)):
@@ -415,14 +403,6 @@ def _numbers(file: Path, table: Any, clock: str = "t") -> dict[str, Floats]:
             continue
         columns[name] = _floats(column.cast(pa.float64()))
     return columns
-
-
-def _seconds(column: Any) -> Floats:
-    """Return dates as seconds since 1970-01-01."""
-    import pyarrow as pa
-
-    whole = column.cast(pa.timestamp("us"), safe=False).cast(pa.int64())
-    return _floats(whole.cast(pa.float64(), safe=False)) * 1e-6
 
 
 def _floats(column: Any) -> Floats:

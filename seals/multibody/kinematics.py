@@ -108,11 +108,6 @@ class Kinematics:
         """Link origins relative to the base origin, shape (B, L, 3)."""
         return _contiguous(_turned_over(self.arm))
 
-    def _base_blocks(self) -> tuple[Array, Array]:
-        """Identity and zero for every link, (B, L, 3, 3)."""
-        zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
-        return zero + as_like(_EYE, self._arm), zero
-
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
@@ -121,7 +116,8 @@ class Kinematics:
             return self._filled_jacobian()
         upper, lower = [], []
         if self._lead:
-            eye, zero = self._base_blocks()
+            zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
+            eye = zero + as_like(_EYE, self._arm)
             # of the base: V = v + w x r = v - r x w, W = w
             upper += [eye, skew_last(-self._arm)]
             lower += [zero, eye]

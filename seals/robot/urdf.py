@@ -40,7 +40,7 @@ def _relative(name: str) -> str:
     return name.removeprefix("file://").removeprefix("package://")
 
 
-def refuse_bad_meshes(path: Path, robot: Any) -> None:
+def _refuse_bad_meshes(path: Path, robot: Any) -> None:
     """Refuse meshes that are missing, outside the robot's folder, or too large."""
     folder = path.parent.resolve()
     for link in robot.links:
@@ -69,7 +69,7 @@ def refuse_bad_meshes(path: Path, robot: Any) -> None:
             refuse_strange_format(target, where)
 
 
-def refuse_names_elsewhere(path: Path, raw: bytes) -> None:
+def _refuse_names_elsewhere(path: Path, raw: bytes) -> None:
     """Refuse a URDF that refers to images or shapes outside its folder.
 
     Args:
@@ -176,7 +176,7 @@ def read_urdf(path: Path) -> Urdf:
     joints = [_joint(path, joint) for joint in robot.joints]
     order = _tree_order(path, list(links), joints)
     above = {joint.child: joint for joint in joints}
-    refuse_bad_meshes(path, robot)
+    _refuse_bad_meshes(path, robot)
     return Urdf(
         name=str(robot.name or path.stem),
         links=tuple(links[name] for name in order),
@@ -223,7 +223,7 @@ def _text_of(path: Path) -> bytes:
             "Remove it: such files can expand without end."
         )
     check_structure(path, text.removeprefix("\ufeff"))
-    refuse_names_elsewhere(path, raw)
+    _refuse_names_elsewhere(path, raw)
     return raw
 
 

@@ -88,7 +88,13 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     if name == STILL:
         return PolicyRandom(environment.action_size, environment.device, most=0.0)
     if Path(name).is_file() and Path(name).suffix in SUFFIXES:
-        return _policy_of_keys(Path(name), environment)
+        task = environment.task
+        return PolicyKeys(
+            read_track(Path(name)),
+            list(task.action_names),
+            rate=task.rate,
+            device=environment.device,
+        )
     from seals.learn.policy import load_policy
 
     found = load_policy(policy_folder(name, besides=NAMED, key=key), device=device)
@@ -166,15 +172,3 @@ def _action_of(stick: Stick, names: Sequence[str]) -> list[float]:
     joints = {f"joint_{k + 1}": share for k, share in enumerate(stick.joints)}
     shares = {name: getattr(stick, part) for name, part in _SHARES.items()} | joints
     return [float(shares[name]) for name in names]
-
-
-def _policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
-    """Return the policy of a script of keys.
-
-    Raises:
-        ConfigError: the script cannot be read, or keys cannot give the task's actions.
-    """
-    task = environment.task
-    return PolicyKeys(
-        read_track(path), list(task.action_names), rate=task.rate, device=environment.device
-    )

@@ -181,22 +181,6 @@ def pixel_angle(directions: Array) -> float:
     return 2.0 * math.asin(min(max(0.5 * chord, 1e-6), 1.0))
 
 
-def _turned(length: Array, scattering: float) -> tuple[Array, Array]:
-    """Return the scattered fraction of the light, and its mean number of scatterings.
-
-    Args:
-        length: of the path in the water [m], any shape.
-        scattering: b, into small angles [1/m].
-
-    Returns:
-        Share 1 - exp(-b z) and mean b z / share, of Poisson's distribution; the same shapes.
-    """
-    xp = namespace(length)
-    turns = xp.clip(scattering * length, 1e-4, MOST)
-    share = 1.0 - xp.exp(-turns)
-    return share, turns / share
-
-
 def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel: float) -> Array:
     """Return images blurred by the water, with the total light conserved.
 
@@ -215,7 +199,11 @@ def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel
     References:
         McGlamery 1980, Proc. SPIE 208, doi:10.1117/12.958279; Wells 1973, AGARD LS-61.
     """
-    share, turns = _turned(length, scattering)
+    xp = namespace(length)
+    turns = xp.clip(scattering * length, 1e-4, MOST)
+    # Poisson: the share 1 - exp(-b z) is scattered, b z / share times in the mean
+    share = 1.0 - xp.exp(-turns)
+    turns = turns / share
     often = share * (turns - 1.0) * (1.0 / (MOST - 1.0))
     width = angle / math.sqrt(6.0) / pixel
     # the narrower Gaussian is to be well drawn by the pixels of the coarse picture
