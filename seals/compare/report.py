@@ -27,8 +27,8 @@ from seals.report import (
     write_page,
     write_picture,
 )
-from seals.report.blocks import Facts
 from seals.report.figures import Mark
+from seals.report.page import Facts
 
 SHOWN = 6
 """Stretches shown open; the others fold."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.rendering.files import png
+from seals.rendering.picture import png
 from seals.sensors.rays import Shape, distances
 from seals.state_records import state_record
 

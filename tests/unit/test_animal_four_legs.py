@@ -11,7 +11,7 @@ import pytest
 from seals.api import load_robot
 from seals.config.compose import compose
 from seals.control import RobotState
-from seals.learn.world_hash import world_config
+from seals.learn.metadata import world_config
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of

@@ -28,8 +28,8 @@ from seals.learn.evaluation.policies import (
     policy_of,
 )
 from seals.learn.evaluation.result import summarise
+from seals.learn.metadata import _placeless, world_hash
 from seals.learn.statistics.interval import wilson
-from seals.learn.world_hash import _placeless, world_hash
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.solvers.pbf.lattice import (
     SHAPES,
     Calibration,

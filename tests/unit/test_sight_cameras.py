@@ -21,9 +21,9 @@ from seals.plugins.viewers.bullet import renderer as egl_module
 from seals.plugins.viewers.bullet.drawing import normals_of
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Renderer, Scene, Shape
-from seals.rendering.files import millimetres, png
 from seals.rendering.light import TABLE
 from seals.rendering.optics import to_linear
+from seals.rendering.picture import millimetres, png
 from seals.rendering.scene import check_scene
 from seals.run.sight import renderer_of
 from seals.testing.inertial import felt

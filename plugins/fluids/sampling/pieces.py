@@ -17,10 +17,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import PhysicsError
-from seals.plugins.fluids.sampling.faces import PITCH, THICK, fine_face
-from seals.plugins.fluids.sampling.samples import Samples, joined
 from seals.plugins.fluids.sampling.shapes import (
+    PITCH,
     SEEN,
+    THICK,
+    Samples,
+    fine_face,
+    joined,
     sample_box,
     sample_capsule,
     sample_cylinder,

@@ -23,8 +23,15 @@ from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.frames import matrix_of
 from seals.plugins.fluids.coupling import HeightField, ParticleFluid, Simulation, refuse_large
 from seals.plugins.fluids.sampling import Samples, joined
-from seals.plugins.fluids.sampling.faces import PITCH, THICK, face_edge, fine_face
-from seals.plugins.fluids.sampling.shapes import SEEN, sample_cylinder, sample_sphere
+from seals.plugins.fluids.sampling.shapes import (
+    PITCH,
+    SEEN,
+    THICK,
+    face_edge,
+    fine_face,
+    sample_cylinder,
+    sample_sphere,
+)
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.tank.basin import Basin, build_basin, walls_of

@@ -23,8 +23,8 @@ from seals.learn.evaluation.policies import policy_of
 from seals.learn.evaluation.result import EvaluationResult, summarise
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
+from seals.learn.metadata import world_hash
 from seals.learn.starts import held_out_seeds
-from seals.learn.world_hash import world_hash
 
 
 @roles(data="scale", permission="overrides")

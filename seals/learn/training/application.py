@@ -17,7 +17,7 @@ from seals.config.overrides import typed
 from seals.errors import ConfigError, SealsError
 from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces, need_torch
-from seals.learn.metadata import config_hash
+from seals.learn.metadata import config_hash, world_hash
 from seals.learn.starts import training_seed
 from seals.learn.training.checkpoint import FILE
 from seals.learn.training.loop import POLICY, Outcome, Training
@@ -25,7 +25,6 @@ from seals.learn.training.resumption import stopping, take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN, TrainSettings
 from seals.learn.training.tracking import tracker_of
-from seals.learn.world_hash import world_hash
 from seals.logs.atomic import write_json
 from seals.robot.build import build_robot
 from seals.schema import check_value, parameters_of

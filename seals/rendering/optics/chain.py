@@ -14,8 +14,7 @@ from array_api_compat import device
 
 from seals.arrays import Array, Floats, namespace
 from seals.rendering.optics import caustics
-from seals.rendering.optics.interface import INDEX, fresnel
-from seals.rendering.optics.path import Medium, channels, sky
+from seals.rendering.optics.path import INDEX, Medium, channels, fresnel, sky
 from seals.rendering.optics.surface import Surface, SurfaceSmooth, SurfaceStill
 
 if TYPE_CHECKING:

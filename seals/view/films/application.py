@@ -17,8 +17,8 @@ from seals.file_names import short_path
 from seals.logs.atomic import write_bytes
 from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
-from seals.rendering.files import png
 from seals.rendering.optics import Optics, to_bytes
+from seals.rendering.picture import png
 from seals.run.progress import progress
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields

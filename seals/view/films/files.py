@@ -15,8 +15,8 @@ from seals.arrays import Floats
 from seals.errors import ConfigError, LogError, MissingExtra, optional_import
 from seals.logs.atomic import atomic_path, write_bytes, write_json
 from seals.picture_files import read_picture
-from seals.rendering.files import png
 from seals.rendering.optics import to_bytes
+from seals.rendering.picture import png
 from seals.schema import plain
 from seals.untrusted_io import read_json
 from seals.view.films.frame import Image

@@ -36,7 +36,7 @@ def weights(
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import Calibration
-        >>> from seals.plugins.fluids.solvers.pbf.choices import Kernel
+        >>> from seals.plugins.fluids.solvers.device_settings import Kernel
         >>> round(weights(1, softness=1e9, lattice=Calibration.of(Kernel.wendland))[0][0], 6)
         1.0
     """
