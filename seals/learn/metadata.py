@@ -46,7 +46,7 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
         raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
+    metadata: dict[str, Any] = read_file(dict[str, Any], path, remedy="It must be JSON.")
     if metadata.get("format") != form:
         given = metadata.get("format")
         raise ConfigError(f"{path} is of the format {given!r}.\nAllowed here: '{form}'")

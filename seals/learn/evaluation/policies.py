@@ -88,7 +88,8 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     if name == STILL:
         return PolicyRandom(environment.action_size, environment.device, most=0.0)
     if Path(name).is_file() and Path(name).suffix in SUFFIXES:
-        task = environment.task
+        world: Any = environment
+        task = world.task
         return PolicyKeys(
             read_track(Path(name)),
             list(task.action_names),
