@@ -113,8 +113,8 @@ def build(args: argparse.Namespace) -> Any:
     if args.fine:
         device_pipeline.FINE_CPU = device_pipeline.FINE_CUDA = args.fine
     from seals.plugins.fluids.solver import Domain
+    from seals.plugins.fluids.solvers.device_settings import Kernel, Search
     from seals.plugins.fluids.solvers.dfsph.settings import DfsphOptions, DfsphSettings
-    from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
     from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 
     spacing, counts = SIZES[args.size]

@@ -243,7 +243,7 @@ def _macros(data: Random) -> bytes:
 
 
 def _xacro() -> Target:
-    from seals.robot.macros import expanded
+    from seals.robot.structure import expanded
 
     whole = (
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="${1}"/></robot>'

@@ -168,7 +168,7 @@ def main(words: Sequence[str] | None = None) -> int:
     from omegaconf import OmegaConf
 
     from seals.config.compose import compose
-    from seals.config.recipes import experiments
+    from seals.config.roots import experiments
 
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("experiment", nargs="*", metavar="EXPERIMENT")

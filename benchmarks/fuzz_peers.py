@@ -43,7 +43,7 @@ def _silence() -> Iterator[None]:
 
 
 def _state() -> Any:
-    from seals.teleop.autopilot.flight_state import FlightState
+    from seals.teleop.autopilot.link import FlightState
 
     rest = np.zeros(3)
     return FlightState(0.0, rest, rest, rest, np.eye(3), rest, rest, rest, {})
@@ -168,9 +168,8 @@ def _commands(kind: str) -> Callable[[], Target]:
     def build() -> Target:
         from types import SimpleNamespace
 
-        from seals.plugins.live.ros2 import COMMANDS, VELOCITY, LiveRos2
+        from seals.plugins.live.ros2 import COMMANDS, VELOCITY, LiveRos2, ZenohNode
         from seals.plugins.live.ros_messages import Messages
-        from seals.plugins.live.zenoh_node import ZenohNode
 
         bus, store, told = _Bus(), Messages().store, list[Any]()
         node = ZenohNode(bus, 0, "a", "", store)

@@ -58,7 +58,7 @@ def _glider() -> Target:
 
 
 def _crazyflie() -> Target:
-    from seals.plugins.readers.crazyflie_log import parse
+    from seals.plugins.readers.crazyflie import parse
 
     names = [f"acc.{x}(f)" for x in "xyz"] + [f"gyro.{x}(f)" for x in "xyz"]
     body = struct.pack("<BHH", 0xBC, 2, 1) + struct.pack("<H", 7) + b"fixed\0"

@@ -95,8 +95,8 @@ GUARDS: dict[str, Guard] = {
     ),
     "form of a card": Guard(
         "seals.learn.metadata",
-        'or metadata.get("format") != form',
-        "",
+        'if metadata.get("format") != form:',
+        "if False:",
         POLICY,
         "strange_policies",
         "torchrl",
@@ -118,7 +118,7 @@ GUARDS: dict[str, Guard] = {
         "torchrl",
     ),
     "want of memory": Guard(
-        "seals.cli.of_system", "if told_short(error):", "if False:", DISK, "other_wants or absent"
+        "seals.cli.of_system", "if _told_short(error):", "if False:", DISK, "other_wants or absent"
     ),
     "no room for words": Guard(
         "seals.cli.of_system",

@@ -177,14 +177,14 @@ DESCRIPTIONS: dict[str, Guard] = {
         "seals.learn.networks", "    _refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
     ),
     "size of a basin": Guard(
-        "seals.plugins.fluids.tank.simulation",
+        "seals.plugins.fluids.tank.fluid",
         "        refuse_large(math.prod(basin.counts), basin.boundary, settings.most)\n",
         "",
         COUNTS,
         "too_large and basin",
     ),
     "size of a window": Guard(
-        "seals.plugins.fluids.moving_domain.simulation",
+        "seals.plugins.fluids.moving_domain.fluid",
         "        refuse_large(math.prod(box.counts), box.boundary, settings.most)\n",
         "",
         COUNTS,
@@ -313,7 +313,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "states_no_noise",
     ),
     "list of rotors": Guard(
-        "seals.logs.check_thrust",
+        "seals.logs.check_motion",
         "listed = stated if isinstance(stated, list | tuple) else ()",
         "listed = stated or []",
         FOUND,
@@ -351,7 +351,7 @@ DESCRIPTIONS: dict[str, Guard] = {
         "twin_that_diverges",
     ),
     "robot without inertia": Guard(
-        "seals.coupling.locked",
+        "seals.coupling.body",
         "except np.linalg.LinAlgError as cause:",
         "except KeyError as cause:",
         FOUND,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import FILES, Guard
 
 DOOR, VIEW = "tests/unit/test_view_door.py", "tests/unit/test_view_session.py"
-_DOORS = "seals.plugins.viewers.browser.door"
+_DOORS = "seals.plugins.viewers.browser.server"
 PAGE: dict[str, Guard] = {
     "token of the page": Guard(
         _DOORS,

@@ -88,11 +88,11 @@ NETWORK: dict[str, Guard] = {
         "one_turn",
     ),
     "declarations of others": Guard(
-        "seals.plugins.live.zenoh_node", '        "access_control": access(taken, published),\n',
+        "seals.plugins.live.ros2", '        "access_control": access(taken, published),\n',
         "", PEERS, "others_declare or commands_alone", "zenoh",
     ),
     "length of a message": Guard(
-        "seals.plugins.live.zenoh_node",
+        "seals.plugins.live.ros2",
         '        "transport/link/rx/max_message_size": 16 * MOST,\n', "", PEERS, "huge_message",
         "zenoh",
     ),

@@ -7,7 +7,7 @@ from benchmarks.guard import BOUNDS, CLASSES, FILES, FOUND, Guard
 BROKEN, RECORDINGS = "tests/unit/test_logs_broken.py", "tests/unit/test_logs_recordings.py"
 ROBOT, ULOG = "tests/unit/test_robot_broken.py", "tests/unit/test_logs_ulog.py"
 READING = "tests/unit/test_untrusted_io.py"
-PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.parquet_pages"
+PARQUET, _PAGES = "tests/unit/test_logs_parquet.py", "seals.logs.table"
 CLOCK, FORGED = "tests/unit/test_logs_clock.py", "tests/unit/test_parquet_forged.py"
 REFERENCES, _NAMES = "tests/unit/test_mesh_references.py", "seals.hydrostatics.references"
 MACROS, _CHILD = "tests/unit/test_macros_child.py", "seals.robot.macros_child"
@@ -75,7 +75,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         _CHILD, '{"__builtins__": {}}', "{}", MACROS, "no_functions", "xacro"
     ),
     "environment of macros": Guard(
-        "seals.robot.macros", "if key in _KEPT", "if True", MACROS, "no_environment", "xacro"
+        "seals.robot.structure", "if key in _KEPT", "if True", MACROS, "no_environment", "xacro"
     ),
     "files of macros": Guard(
         _CHILD,
@@ -118,7 +118,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "xacro",
     ),
     "answer of macros": Guard(
-        "seals.robot.macros",
+        "seals.robot.structure",
         "plain_json(done.stdout)",
         "__import__('json').loads(done.stdout)",
         MACROS,
@@ -129,7 +129,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.hydrostatics.meshes", "not in FORMATS", "is None", FILES, "plain_meshes"
     ),
     "meshes inside": Guard(
-        "seals.robot.meshes",
+        "seals.robot.urdf",
         "if not target.is_relative_to(_root(folder)):",
         "if False:",
         ROBOT,
@@ -158,7 +158,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "files that a URDF names": Guard(
         "seals.robot.urdf",
-        "    refuse_names_elsewhere(path, raw)\n",
+        "    _refuse_names_elsewhere(path, raw)\n",
         "",
         REFERENCES,
         "picture_elsewhere",
@@ -184,7 +184,11 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "seals.robot.build", ".resolve().is_relative_to(folder)", "", ROBOT, "hull_mesh_outside"
     ),
     "size of meshes": Guard(
-        "seals.robot.meshes", "if max(size, declared) > MOST_BYTES:", "if False:", ROBOT, "huge"
+        "seals.robot.urdf",
+        "if max(size, declared) > _LARGEST_MESH:",
+        "if False:",
+        ROBOT,
+        "huge",
     ),
     "work on broken meshes": Guard(
         "seals.hydrostatics.meshes",
@@ -327,21 +331,21 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "another_unit",
     ),
     "span of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "if steps > max(_MOST_STEPS, _FILLED * time.size) or span > _LONGEST_SPAN:",
         "if False:",
         CLOCK,
         "absurd_times",
     ),
     "steps of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "absurd = median >= _ABSURD_STEP",
         "absurd = False",
         CLOCK,
         "absurd",
     ),
     "shortest step of the time": Guard(
-        "seals.logs.check_time",
+        "seals.logs.check",
         "if 0.0 < median < _SHORTEST_STEP:",
         "if False:",
         CLOCK,
@@ -382,7 +386,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "lz4",
     ),
     "views of a database": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         '.startswith("TABLE CREATE TABLE")',
         '.startswith("")',
         RECORDINGS,
@@ -390,7 +394,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "computed columns": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         "if row[6] == 0",
         "",
         RECORDINGS,
@@ -398,10 +402,10 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "read-only database": Guard(
-        "seals.plugins.readers.rosbag2_file", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
+        "seals.plugins.readers.recording", "?mode=ro&immutable=1", "", BOUNDS, "read_only"
     ),
     "files of a bag": Guard(
-        "seals.plugins.readers.rosbag2_file",
+        "seals.plugins.readers.recording",
         " or not file.resolve().is_relative_to(place.resolve())",
         "",
         RECORDINGS,
@@ -409,14 +413,14 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
         "rosbags",
     ),
     "fields of a ULog": Guard(
-        "seals.plugins.readers.ulog_file",
+        "seals.plugins.readers.ulog",
         "if len(layout) > _MOST_FIELDS:",
         "if False:",
         BOUNDS,
         "fields",
     ),
     "depth of a ULog": Guard(
-        "seals.plugins.readers.ulog_file", " or depth > _DEEPEST", "", ULOG, "itself"
+        "seals.plugins.readers.ulog", " or depth > _DEEPEST", "", ULOG, "itself"
     ),
     "objects in an array": Guard(
         "seals.logs.arrays", 'if dtype.kind not in "fiu":', "if False:", BROKEN, "pickled_array"

@@ -75,7 +75,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "mcap",
     ),
     "messages of a ULog": Guard(
-        "seals.plugins.readers.ulog_file",
+        "seals.plugins.readers.ulog",
         "if state.known + state.strange > _MOST_MESSAGES:",
         "if False:",
         "tests/unit/test_logs_ulog.py",
@@ -295,7 +295,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "flag_before",
     ),
     "silent routers": Guard(
-        "seals.plugins.live.zenoh_node",
+        "seals.plugins.live.ros2",
         '        "transport/unicast/open_timeout": PATIENCE,\n',
         "",
         SMALL,

@@ -202,13 +202,13 @@ STORED_STATES: dict[str, Guard] = {
         "seals.config.strangers", "if wrong is not None:", "if False:", BOMBS, "choices_have"
     ),
     "circle of choices": Guard(
-        "seals.config.choices", "if name in above:", "if False:", BOMBS, "choices_have"
+        "seals.config.strangers", "if name in above:", "if False:", BOMBS, "choices_have"
     ),
     "number of choices": Guard(
-        "seals.config.choices", "if count > MOST_CHOSEN:", "if False:", BOMBS, "choices_have"
+        "seals.config.strangers", "if count > MOST_CHOSEN:", "if False:", BOMBS, "choices_have"
     ),
     "levels of choices": Guard(
-        "seals.config.choices", "if levels > DEEPEST:", "if False:", BOMBS, "choices_have"
+        "seals.config.strangers", "if levels > DEEPEST:", "if False:", BOMBS, "choices_have"
     ),
     "words for a circle": Guard(
         "seals.config.refusal",
@@ -235,7 +235,7 @@ STORED_STATES: dict[str, Guard] = {
     ),
     "particles of a state": Guard(
         "seals.plugins.fluids.solvers.device_solver",
-        "        check_state(arrays, self.capacity)\n",
+        "        _check_state(arrays, self.capacity)\n",
         "",
         WATER,
         "forged_snapshot",

@@ -34,13 +34,12 @@ from torchrl.objectives import BCLoss, SACLoss, SoftUpdate
 
 import seals.learn
 import seals.plugins.learners
+from seals.learn.actor_critic import HIGHEST, LOWEST, TanhNormal
 from seals.learn.learner import Spaces
-from seals.learn.replay.memory import Memory
+from seals.learn.replay.memory import Memory, Prioritised, Sampler
 from seals.learn.replay.returns import Returns
-from seals.learn.replay.samplers import Prioritised, Sampler
 from seals.learn.scaling import RunningNormaliser
-from seals.learn.seeding import generator_of
-from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
+from seals.learn.starts import generator_of
 from seals.plugins.learners.bc import BC, BcAgent
 from seals.plugins.learners.sac import SAC, SacAgent
 

@@ -21,7 +21,7 @@ import yaml
 from seals.cli.main import main as seals
 from seals.errors import SealsError
 from seals.logs.check import check_log
-from seals.logs.check_thrust import hover_ratio
+from seals.logs.check_motion import hover_ratio
 from seals.logs.finding import Severity
 from seals.logs.log import Log
 from seals.logs.time_offset import time_offset

@@ -26,7 +26,7 @@ from seals.experiments.water_validation import dam_breaks, entry, hydrostatics, 
 from seals.experiments.water_validation.case import Grade
 from seals.experiments.water_validation.richardson import Extrapolated
 from seals.plugins.fluids.coupling import Device, Method
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture

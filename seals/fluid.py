@@ -22,8 +22,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, Floats
 from seals.environment.ground import Solid
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.environment.waves import Sea, Waves
 from seals.robot.pieces import Piece
 from seals.state_records import state_record

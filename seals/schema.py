@@ -14,7 +14,7 @@ import functools
 import math
 import types
 import typing
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar, cast
@@ -267,14 +267,17 @@ def check_tree(thing: object, *, where: str) -> None:
         raise ConfigError(f"{where}={thing} is not allowed.\nAllowed: a finite number.")
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         check_fields(type(thing), vars_of(thing), where=where)
-    elif isinstance(thing, dict | list | tuple):
-        for key, item in _items(thing, where):
-            check_tree(item, where=key)
+    elif isinstance(thing, dict):
+        for key, item in thing.items():
+            check_tree(item, where=f"{where}.{key}")
+    elif isinstance(thing, list | tuple):
+        for index, item in enumerate(thing):
+            check_tree(item, where=f"{where}[{index}]")
 
 
 def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
     """Check field values of a dataclass, before or after construction."""
-    declared = parameters_of(cls)
+    declared = _declared(cls)
     fields = {field.name: field for field in dataclasses.fields(cast(Any, cls))}
     for name, value in values.items():
         key = f"{where}.{name}" if where else name
@@ -288,7 +291,8 @@ def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:
             allowed = "a whole number from {} to {}".format(*span)
             raise ConfigError(f"{key}={value} is not allowed.\nAllowed: {allowed}")
         if name not in declared:
-            check_tree(value, where=key)
+            if type(value) not in _SAFE:
+                check_tree(value, where=key)
         elif isinstance(value, list | tuple):
             for index, item in enumerate(value):
                 check_value(f"{key}[{index}]", item, declared[name])
@@ -330,13 +334,6 @@ def check_order(thing: object, low: str, high: str, *, where: str, equal: bool =
 def vars_of(thing: Any) -> dict[str, Any]:
     """Return the field values of a dataclass instance by name, not copied."""
     return {field.name: getattr(thing, field.name) for field in dataclasses.fields(thing)}
-
-
-def _items(thing: object, where: str) -> Iterator[tuple[str, object]]:
-    if isinstance(thing, dict):
-        yield from ((f"{where}.{key}", item) for key, item in thing.items())
-    elif isinstance(thing, list | tuple):
-        yield from ((f"{where}[{index}]", item) for index, item in enumerate(thing))
 
 
 def _metadata(default: float, unit: str, **physics: Any) -> dict[str, Any]:
@@ -459,6 +456,8 @@ def _mapping(inner: Sequence[Any], raw: Any, where: str, extra: bool) -> dict[An
     if not isinstance(raw, Mapping):
         raise _refusal(where, raw, _MAPPING[0])
     given = {str(k) if key is str else k: v for k, v in raw.items()}
+    if value is Any:
+        return given
     return {k: _read(value, v, _at(where, k), extra) for k, v in given.items()}
 
 
@@ -518,7 +517,7 @@ def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
     hints, needed = _form(cls)
     given = _mapping((str, Any), raw, where, extra)
     place = where.rstrip(":")
-    for key in () if extra else given:
+    for key in () if extra else [key for key in given if key not in hints]:
         refuse_unlisted(key, hints, f"{place}: '{key}' is not known here")
     values = {}
     for name, hint in hints.items():
@@ -588,7 +587,9 @@ def _refusal(where: str, raw: Any, allowed: str) -> ConfigError:
     return ConfigError(f"{_given(where, raw)} is not allowed.\nAllowed: {allowed}")
 
 
-_PLAIN = frozenset({float, int, str, bool, type(None)})
+_SAFE = frozenset({int, str, bool, type(None)})
+"""Types of values that are never out of bounds."""
+_PLAIN = _SAFE | {float}
 """Types of nearly all that is written."""
 
 

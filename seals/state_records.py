@@ -59,7 +59,7 @@ def is_record(value: object) -> bool:
     return _CLASSES.get(name_of(type(value))) is type(value)
 
 
-def class_named(name: str) -> type:
+def _class_named(name: str) -> type:
     """Return a registered class by its stored name; nothing is imported.
 
     Raises:
@@ -87,7 +87,7 @@ def rebuilt(name: str, values: Mapping[str, Any]) -> Any:
         ValueError: the class is not registered, fields are missing or strange, or a value is not of
             the kind that its field declares.
     """
-    cls = class_named(name)
+    cls = _class_named(name)
     names = _names(cls)
     if set(values) != set(names):
         odd = sorted(set(values) ^ set(names))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.logs.channels import CHANNELS
 
 GROUPS = {

@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.experiments.visual_catch.pictures import PRESENT, UNSURE, Pictures, metres
-from seals.learn.seeding import first_weights, generator_of
+from seals.learn.starts import first_weights, generator_of
 from seals.plugins.tasks.sighting.detector import (
     STRIDE,
     cell_depths,

@@ -19,9 +19,7 @@ from seals.field_roles import roles
 from seals.motion import MediumKind
 from seals.schema import param, vector
 from seals.state_records import state_record
-from seals.teleop.autopilot.flight_state import flight_state
-from seals.teleop.autopilot.link import Link
-from seals.teleop.autopilot.track import Track, read_track
+from seals.teleop.autopilot.link import Link, Track, flight_state, read_track
 
 PULSES = (1000.0, 2000.0)
 """Range of a channel where no autopilot says another [us]."""

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from seals.arrays import Array, Floats
-from seals.effects.drag_spread import DRAWING, OTHERS, is_spread, turning_slope
+from seals.effects.drag_form import DRAWING, OTHERS, is_spread, power_law_additions, turning_slope
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
-from seals.effects.power_law import power_law_additions
 from seals.motion import Inputs, Medium, Motion, Wrench
 from seals.schema import param
 

@@ -7,11 +7,21 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from seals.arrays import Array, Floats, namespace, some
-from seals.effects.drag_form import DragForm, HullAxis, drag_points, form_of_hull, speed_squares
-from seals.effects.drag_spread import DRAWING, OTHERS, is_spread, states_spread, turning_slope
+from seals.effects.drag_form import (
+    DRAWING,
+    OTHERS,
+    DragForm,
+    HullAxis,
+    drag_points,
+    form_of_hull,
+    is_spread,
+    power_law_additions,
+    speed_squares,
+    states_spread,
+    turning_slope,
+)
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import Addition, Comparison, Identification, Stage, Subject
-from seals.effects.power_law import power_law_additions
 from seals.errors import ConfigError
 from seals.frames import cross_last
 from seals.motion import Inputs, Medium, Motion, Wrench

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
@@ -122,21 +122,20 @@ class RadiationMemory(Effect):
     @property
     def memory_size(self) -> int:  # type: ignore[override]
         """Number of memory values per link: real and imaginary part of every mode."""
-        return 2 * len(self._modes.rate) if self.frequency else 0
+        return 2 * len(self._modes[0]) if self.frequency else 0
 
     def constants(self) -> dict[str, Floats]:
         """Return the modes: poles (1, 2, n), input and output coefficients (1, 2, 6, n)."""
         if not self.frequency:
             return {"rate": np.zeros((1, 2, 0))}
-        modes = self._modes
+        names = ("rate", "entry", "exit")
         return {
-            "rate": np.stack((modes.rate.real, modes.rate.imag))[None],
-            "entry": np.stack((modes.entry.real, modes.entry.imag))[None],
-            "exit": np.stack((modes.exit.real, modes.exit.imag))[None],
+            name: np.stack((x.real, x.imag))[None]
+            for name, x in zip(names, self._modes, strict=True)
         }
 
     @functools.cached_property
-    def _modes(self) -> _Modes:
+    def _modes(self) -> tuple[Floats, Floats, Floats]:
         return _modes_of(
             np.asarray(self.frequency, dtype=float),
             np.asarray(self.damping, dtype=float),
@@ -188,21 +187,15 @@ def _advanced(
     )
 
 
-class _Modes(NamedTuple):
+def _modes_of(
+    frequency: Floats, damping: Floats, coupling: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Modes of the resonators, one of every conjugate pair.
 
-    Args:
-        rate: complex poles [1/s], shape (n,).
-        entry: from the velocity, shape (6, n).
-        exit: to the wrench, twice for one of a pair, shape (6, n).
+    Returns:
+        Complex poles [1/s], shape (n,); entry from the velocity, and exit to the wrench, twice for
+        one of a pair, shape (6, n) each.
     """
-
-    rate: Floats
-    entry: Floats
-    exit: Floats
-
-
-def _modes_of(frequency: Floats, damping: Floats, coupling: Floats) -> _Modes:
     count = len(frequency)
     matrix = np.zeros((2 * count, 2 * count))
     matrix[:count, :count] = -damping
@@ -212,7 +205,7 @@ def _modes_of(frequency: Floats, damping: Floats, coupling: Floats) -> _Modes:
     out = vectors[:count].T @ coupling
     kept = rate.imag >= 0.0
     twice = np.where(rate.imag > 0.0, 2.0, 1.0)[:, None]
-    return _Modes(rate[kept], into[kept].T, (twice * out)[kept].T)
+    return rate[kept], into[kept].T, (twice * out)[kept].T
 
 
 def _check_rows(name: str, rows: Sequence[Sequence[float]], count: int, width: int) -> None:

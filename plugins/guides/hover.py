@@ -88,7 +88,7 @@ class Hover:
         """Plan the motion of every arm."""
         rng = np.random.default_rng(self.seed)
         self._swings = {
-            name: Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
+            name: _Swing.of(arm, plant.robot, self, rng) for name, arm in plant.robot.arms.items()
         }
 
     def start(self, situation: RobotState) -> HoverState:
@@ -127,7 +127,7 @@ class Hover:
         return f"hover, arm {self.arm.value}"
 
 
-class Swing(NamedTuple):
+class _Swing(NamedTuple):
     """Motion of one arm: sums of sines about the middle of the joint range.
 
     Args:
@@ -147,7 +147,7 @@ class Swing(NamedTuple):
     ramp: float
 
     @staticmethod
-    def of(arm: Arm, robot: RobotModel, guide: Hover, rng: np.random.Generator) -> Swing:
+    def of(arm: Arm, robot: RobotModel, guide: Hover, rng: np.random.Generator) -> _Swing:
         """Plan the motion of one arm within its joint limits; continuous joints turn by pi."""
         index = list(arm.joints)
         low = np.where(np.isfinite(robot.lower[index]), robot.lower[index], -math.pi)
@@ -160,7 +160,7 @@ class Swing(NamedTuple):
             phase = rng.uniform(0.0, 2.0 * math.pi, shape)
             frequency = guide.frequency * rng.uniform(0.2, 1.0, shape)
         size = half * np.ones(shape) / waves
-        return Swing(arm.stowed, 0.5 * (low + high), size, frequency, phase, 1.0 / guide.frequency)
+        return _Swing(arm.stowed, 0.5 * (low + high), size, frequency, phase, 1.0 / guide.frequency)
 
     def at(self, time: float) -> Floats:
         """Return the angles ``time`` [s] after the start, shape (k,)."""

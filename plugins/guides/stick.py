@@ -12,8 +12,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
-from seals.control.key_events import held_after, read_track
-from seals.control.keymap import NEXT_ARM, stick_of
+from seals.control.key_events import NEXT_ARM, held_after, read_track, stick_of
 from seals.control.tracking import Place, pursued
 from seals.field_roles import roles
 from seals.schema import setting

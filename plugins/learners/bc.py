@@ -13,7 +13,7 @@ from seals.learn import networks
 from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.observations import tensors, vector
 from seals.learn.scaling import RunningNormaliser
-from seals.learn.seeding import first_weights, generator_of
+from seals.learn.starts import first_weights, generator_of
 from seals.learn.stateful import Stateful
 from seals.schema import count, setting
 

@@ -14,7 +14,7 @@ from seals.learn.devices import of_all_processes, shared_gradients
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.learn.observations import vector
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
-from seals.learn.seeding import first_weights, generator_of
+from seals.learn.starts import first_weights, generator_of
 from seals.learn.stateful import Stateful
 from seals.schema import count, setting
 

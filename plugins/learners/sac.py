@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from seals.field_roles import roles
 from seals.learn import networks
-from seals.learn.actor_critic import ActorCriticNetworks
+from seals.learn.actor_critic import ActorCriticNetworks, TanhNormal
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.learn.observations import tensors, vector
 from seals.learn.recorded import Recorded
-from seals.learn.replay.memory import Memory
+from seals.learn.replay.memory import Memory, Prioritised, Sampler
 from seals.learn.replay.returns import STEP, Returns, of_episodes
-from seals.learn.replay.samplers import Prioritised, Sampler
 from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
-from seals.learn.seeding import first_weights, generator_of
+from seals.learn.starts import first_weights, generator_of
 from seals.learn.stateful import Stateful
-from seals.learn.tanh_normal import TanhNormal
 from seals.schema import check_order, count, setting
 
 if TYPE_CHECKING:

@@ -9,13 +9,39 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.learn import networks
-from seals.learn.augmentation import random_shift
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
 from seals.plugins.learners.sac import SAC, SacAgent
 from seals.schema import count, setting
 
 if TYPE_CHECKING:
-    from torch import Tensor
+    from torch import Generator, Tensor
+
+
+def random_shift(pixels: Tensor, *, most: int, generator: Generator) -> Tensor:
+    """Shift each image by random whole pixels, edges repeated.
+
+    Args:
+        pixels: shape (batch, channels, height, width), of any type.
+        most: most pixels each way; 0 leaves them as they are.
+        generator: source of the draws.
+
+    References:
+        Kostrikov et al. 2020, arXiv 2004.13649.
+    """
+    import torch
+
+    if most == 0:
+        return pixels
+    batch, _, height, width = pixels.shape
+    by = torch.randint(-most, most + 1, (2, batch, 1), generator=generator, device=pixels.device)
+    rows = (torch.arange(height, device=pixels.device) + by[0]).clamp(0, height - 1)
+    columns = (torch.arange(width, device=pixels.device) + by[1]).clamp(0, width - 1)
+    which = torch.arange(batch, device=pixels.device)
+    # one index for each axis: an edge that is met again and again repeats itself
+    return pixels[which[:, None, None], :, rows[:, :, None], columns[:, None, :]].permute(
+        0, 3, 1, 2
+    )
+
 
 NOTHING = ": nothing is left to see.\nBlind means use_pixels=false and use_state=true."
 CRITICS = ("same", "state")

@@ -1,9 +1,11 @@
-"""Live output to Foxglove by its WebSocket protocol."""
+"""Live output to Foxglove by its WebSocket protocol: poses, readings, shapes and forces."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,22 +13,126 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.environment.ground import solids_of
 from seals.errors import ConfigError, optional_import
 from seals.field_roles import roles
 from seals.frames import quaternion_of
-from seals.plugins.live.foxglove_shapes import arrows, solids
 from seals.plugins.live.gate import Gate, private_addresses
+from seals.rendering.gather import build_scene
+from seals.rendering.meshes import triangles
+from seals.rendering.scene import WORLD, Detail
+from seals.run.immersed import surroundings
 from seals.run.live_output import Beat, Pace
 from seals.run.settings import RunSettings
 from seals.schema import check_tree, count, param, parameters_of
 from seals.world import World
+from seals.world.actor import Actor
 
-ROBOT, WORLD = "robot", "world"
+FAINT = 1e-3
+"""Force below which there is no arrow [N]."""
+COLOURS = ((0.1, 0.5, 0.9), (0.9, 0.4, 0.1), (0.2, 0.7, 0.3), (0.8, 0.2, 0.6), (0.6, 0.6, 0.1))
+"""Of the forces of effects, in their order."""
+
+
+def solids(messages: Any, stamp: Any, settings: RunSettings, world: World) -> Iterator[Any]:
+    """Yield an entity for each frame of the scene, with its shapes; planes are left out.
+
+    Args:
+        messages: module of Foxglove.
+        stamp: time, as a message.
+        settings: of the run.
+        world: of the run.
+    """
+    robots = {name: actor.robot for name, actor in world.actors.items()}
+    scene = build_scene(robots, solids_of(surroundings(settings)), detail=Detail.visual)
+    by_frame: dict[str, list[Any]] = {}
+    for shape in scene.shapes:
+        if shape.kind != "plane":
+            frame = "world" if shape.frame == WORLD else scene.frames[shape.frame]
+            vertices, faces = triangles(shape)
+            placed = vertices @ shape.rotation.T + shape.position
+            red, green, blue = shape.colour
+            by_frame.setdefault(frame, []).append(
+                messages.TriangleListPrimitive(
+                    pose=_pose(messages, np.zeros(3), np.eye(3)),
+                    points=[messages.Point3(x=x, y=y, z=z) for x, y, z in placed.tolist()],
+                    indices=[int(k) for k in np.reshape(faces, -1)],
+                    color=messages.Color(r=red, g=green, b=blue, a=1.0),
+                )
+            )
+    for frame, parts in by_frame.items():
+        yield messages.SceneEntity(
+            timestamp=stamp,
+            frame_id=frame.removeprefix("robot/"),
+            id=frame,
+            frame_locked=True,
+            triangles=parts,
+        )
+
+
+def _arrows(messages: Any, stamp: Any, space: str, actor: Actor, scale: float) -> Iterator[Any]:
+    """Yield an entity for each effect that pushes, with an arrow at each link.
+
+    Args:
+        messages: module of Foxglove.
+        stamp: time, as a message.
+        space: prefix of the links' frames.
+        actor: whose ledger is read: the forces of the last step.
+        scale: length of an arrow [m/N].
+    """
+    ledger = actor.ledger
+    if not ledger.rows:
+        return
+    for k, effect in enumerate(ledger.effects):
+        forces = ledger.wrenches[-1, k, :, :3]
+        for link, force in zip(ledger.links, forces, strict=True):
+            size = math.sqrt(float(force @ force))
+            # one that fades takes its arrow away
+            length = scale * size if size > FAINT else 0.0
+            red, green, blue = COLOURS[k % len(COLOURS)]
+            arrow = messages.ArrowPrimitive(
+                pose=_pose(messages, np.zeros(3), _along(force, size)),
+                shaft_length=0.8 * length,
+                shaft_diameter=0.06 * length,
+                head_length=0.2 * length,
+                head_diameter=0.12 * length,
+                color=messages.Color(r=red, g=green, b=blue, a=1.0),
+            )
+            yield messages.SceneEntity(
+                timestamp=stamp,
+                frame_id=f"{space}{link}",
+                id=f"force/{space}{link}/{effect}",
+                frame_locked=True,
+                arrows=[arrow] if length else [],
+            )
+
+
+def _along(force: Floats, size: float) -> Floats:
+    """Rotation whose x axis is along a force, shape (3, 3)."""
+    if size <= FAINT:
+        return np.eye(3)
+    x = force / size
+    aside = np.eye(3)[int(np.argmin(np.abs(x)))]
+    y = np.cross(x, aside)
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+def _pose(messages: Any, place: Floats, turn: Floats) -> Any:
+    x, y, z, w = quaternion_of(turn).tolist()
+    a, b, c = place.tolist()
+    return messages.Pose(
+        position=messages.Vector3(x=a, y=b, z=c),
+        orientation=messages.Quaternion(x=x, y=y, z=z, w=w),
+    )
+
+
+ROBOT, _WORLD_FRAME = "robot", "world"
 SHAPES = 1.0
 """How often all shapes are sent [Hz]."""
 
 
-def sdk() -> Any:
+def _sdk() -> Any:
     """Return the package of Foxglove.
 
     Raises:
@@ -73,7 +179,7 @@ class LiveFoxglove:
             MissingExtra: foxglove-sdk is not installed.
             ConfigError: the address cannot be had.
         """
-        foxglove = sdk()
+        foxglove = _sdk()
         self._beat, self._pace, self._shapes = Beat(self.rate), Pace(self.speed), Beat(SHAPES)
         self._settings = settings
         self._context = foxglove.Context()
@@ -117,7 +223,7 @@ class LiveFoxglove:
         raise ConfigError("live=foxglove finds no address of this machine.\nAllowed: 127.0.0.1")
 
     def _json(self, topic: str) -> Any:
-        return sdk().Channel(topic, message_encoding="json", context=self._context)
+        return _sdk().Channel(topic, message_encoding="json", context=self._context)
 
     def tick(self, world: World) -> None:
         """Send new rows, and wait for the clock."""
@@ -134,7 +240,7 @@ class LiveFoxglove:
 
     def _poses(self, world: World, now: int) -> None:
         """Send frames, shapes and forces."""
-        messages = sdk().messages
+        messages = _sdk().messages
         stamp = messages.Timestamp(now // 10**9, now % 10**9)
         frames, entities = [], list[Any]()
         if self._shapes.due(world.time):
@@ -149,13 +255,13 @@ class LiveFoxglove:
                 frames.append(
                     messages.FrameTransform(
                         timestamp=stamp,
-                        parent_frame_id=WORLD,
+                        parent_frame_id=_WORLD_FRAME,
                         child_frame_id=f"{space}{link}",
                         translation=messages.Vector3(**_xyz(origins[k])),
                         rotation=messages.Quaternion(x=x, y=y, z=z, w=w),
                     )
                 )
-            entities += arrows(messages, stamp, space, actor, self.force_scale)
+            entities += _arrows(messages, stamp, space, actor, self.force_scale)
         self._channels["/tf"].log(messages.FrameTransforms(transforms=frames), log_time=now)
         self._channels["/scene"].log(messages.SceneUpdate(entities=entities), log_time=now)
 

@@ -1,7 +1,9 @@
-"""Reader of Crazyflie micro-SD logs, the published flights among them."""
+"""Reader of Crazyflie micro-SD logs (format versions 1 and 2), the published flights among them."""
 
 from __future__ import annotations
 
+import struct
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -14,9 +16,134 @@ from seals.field_roles import roles
 from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.units import STANDARD_GRAVITY, to_si
-from seals.plugins.readers.crazyflie_log import parse
 from seals.plugins.readers.published import ReaderPublished
 from seals.untrusted_io import read_bytes
+
+_MAGIC = 0xBC
+_MOST_EVENTS = 64
+_MOST_VARIABLES = 64
+_CHECKSUM_BYTES = 4
+_STAMPS = {1: ("I", 1e-3), 2: ("Q", 1e-6)}
+"""Format version -> type of the time stamp and its unit [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Event:
+    name: str
+    variables: tuple[str, ...]
+    layout: struct.Struct
+
+    def table(self, rows: list[tuple[float, ...]], unit: float) -> dict[str, Floats]:
+        values = np.asarray(rows, dtype=np.float64)
+        named = {name: values[:, k + 1] for k, name in enumerate(self.variables)}
+        return {"t": values[:, 0] * unit, **named}
+
+
+class _Cursor:
+    """Read position in the bytes; reading past the end is refused."""
+
+    def __init__(self, content: bytes, where: str) -> None:
+        self.content, self.where, self.place = content, where, 0
+
+    def number(self, code: str) -> int:
+        layout = struct.Struct("<" + code)
+        if self.place + layout.size > len(self.content):
+            raise LogError(f"'{self.where}' is cut short inside its header.\nFetch it again.")
+        (value,) = layout.unpack_from(self.content, self.place)
+        self.place += layout.size
+        return int(value)
+
+    def text(self) -> str:
+        end = self.content.find(b"\0", self.place, self.place + 256)
+        if end < 0:
+            raise LogError(f"'{self.where}': a name in the header has no end: not a Crazyflie log.")
+        raw, self.place = self.content[self.place : end], end + 1
+        if not raw or not raw.isascii():
+            raise LogError(
+                f"'{self.where}': a name in the header is not text: not a Crazyflie log."
+            )
+        return raw.decode("ascii")
+
+
+def parse(
+    content: bytes, *, where: str, allow_truncated: bool = False
+) -> dict[str, dict[str, Floats]]:
+    """Return the events of a log: name -> variable -> values, with ``t`` [s].
+
+    Args:
+        content: the bytes of the file.
+        where: what to call the file in messages.
+        allow_truncated: whether a file that was cut short is read up to the cut.
+
+    Raises:
+        LogError: it is not a Crazyflie log, is cut short, or its checksum is wrong.
+    """
+    cursor = _Cursor(content, where)
+    if cursor.number("B") != _MAGIC:
+        raise LogError(f"'{where}' is not a Crazyflie log: it does not begin with 0x{_MAGIC:X}.")
+    version = cursor.number("H")
+    if version not in _STAMPS:
+        raise LogError(f"'{where}' has format version {version}.\nAllowed: 1, 2")
+    count = cursor.number("H")
+    if not 0 < count <= _MOST_EVENTS:
+        raise LogError(f"'{cursor.where}' declares {count} events.\nAllowed: 1 to {_MOST_EVENTS}")
+    events = dict(_event(cursor) for _ in range(count))
+    # the writer closes the file with a CRC-32 of all that went before
+    sound = struct.unpack("<I", content[-4:])[0] == zlib.crc32(content[:-_CHECKSUM_BYTES])
+    if not sound and not allow_truncated:
+        raise LogError(
+            f"'{where}' is cut short or damaged: its checksum does not fit.\n"
+            "Fetch it again, or read what is there with allow_truncated=true."
+        )
+    end = len(content) - _CHECKSUM_BYTES if sound else len(content)
+    rows = _records(cursor, events, version=version, end=end, strict=sound)
+    if not any(rows.values()):
+        raise LogError(f"'{where}' holds no records.")
+    return {
+        event.name: event.table(rows[key], _STAMPS[version][1])
+        for key, event in events.items()
+        if rows[key]
+    }
+
+
+def _event(cursor: _Cursor) -> tuple[int, _Event]:
+    key, name, count = cursor.number("H"), cursor.text(), cursor.number("H")
+    if count > _MOST_VARIABLES:
+        raise LogError(
+            f"'{cursor.where}': event '{name}' declares {count} variables.\n"
+            f"Allowed: up to {_MOST_VARIABLES}"
+        )
+    variables, codes = [], []
+    for _ in range(count):
+        text = cursor.text()
+        # written as name(type), the type a code of Python's struct module
+        if text[-3:-2] != "(" or text[-1] != ")" or text[-2] not in "bBhHiIlLqQefd":
+            raise LogError(f"'{cursor.where}': the variable '{text}' has no known type.")
+        variables.append(text[:-3])
+        codes.append(text[-2])
+    layout = struct.Struct("<" + "".join(codes))
+    return key, _Event(name=name, variables=tuple(variables), layout=layout)
+
+
+def _records(
+    cursor: _Cursor, events: dict[int, _Event], *, version: int, end: int, strict: bool
+) -> dict[int, list[tuple[float, ...]]]:
+    rows: dict[int, list[tuple[float, ...]]] = {key: [] for key in events}
+    stamp = struct.Struct("<H" + _STAMPS[version][0])
+    place, content = cursor.place, cursor.content
+    while place < end:
+        if place + stamp.size > end:
+            break
+        key, time = stamp.unpack_from(content, place)
+        event = events.get(key)
+        if event is None or place + stamp.size + event.layout.size > end:
+            break
+        rows[key].append((time, *event.layout.unpack_from(content, place + stamp.size)))
+        place += stamp.size + event.layout.size
+    if strict and place != end:
+        raise LogError(f"'{cursor.where}': byte {place} begins no known record.")
+    return rows
+
 
 DATASET = read_dataset("seals.plugins.readers", "crazyflie-sysid")
 _FULL_PWM = 65535.0

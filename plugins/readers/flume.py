@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.logs.datasets import Dataset, read_dataset
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns
@@ -86,7 +85,14 @@ class ReaderFlume(ReaderPublished):
             if ours in _NEEDED and ours not in columns:
                 refuse_lacking(path, [theirs], raw, label="Columns there")
         stem = path.name.split(".")[0]
-        channels = _channels(columns["t"])
+        time = columns["t"]
+        step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
+        rate = 1.0 / step if step > 0.0 else 0.0
+        # standard deviations over the first two seconds, before the waves arrive
+        sigma = {"wave_elevation": 6.5e-5, "spring_tension": 5e-3, "heave_acceleration": 1e-3}
+        sigma["sway_acceleration"] = 3e-4
+        channels: dict[str, Any] = {key: {"sigma": s, "rate": rate} for key, s in sigma.items()}
+        channels["position"] = {"rate": 20.0, "unit": "m"}
         meta: dict[str, Any] = {"sensors": {"channels": channels}, "wave": _wave(stem)}
         if "position_z" not in columns:
             meta["vehicle"] = None
@@ -100,13 +106,3 @@ def _wave(stem: str) -> dict[str, Any]:
         return {}
     height, frequency = _HEIGHT.get(match["height"]), _FREQUENCY.get(match["wave"])
     return {"index": match["wave"], "nominal_height": height, "angular_frequency": frequency}
-
-
-def _channels(time: Floats) -> dict[str, Any]:
-    step = float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    rate = 1.0 / step if step > 0.0 else 0.0
-    # standard deviations over the first two seconds, before the waves arrive
-    sigma = {"wave_elevation": 6.5e-5, "spring_tension": 5e-3, "heave_acceleration": 1e-3}
-    sigma["sway_acceleration"] = 3e-4
-    channels: dict[str, Any] = {key: {"sigma": s, "rate": rate} for key, s in sigma.items()}
-    return channels | {"position": {"rate": 20.0, "unit": "m"}}

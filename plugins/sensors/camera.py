@@ -13,8 +13,7 @@ from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.field_roles import roles
 from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
-from seals.rendering.files import MILLIMETRE
-from seals.rendering.picture import Picture
+from seals.rendering.picture import MILLIMETRE, Picture
 from seals.schema import optional, param, setting
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput

@@ -13,8 +13,7 @@ from seals.field_roles import roles
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.onboard import RobotEquipment
-from seals.sensors.protocol import SensorInput
+from seals.sensors.protocol import RobotEquipment, SensorInput
 
 
 @roles(data="joints")

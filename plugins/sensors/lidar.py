@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.schema import check_order, check_tree, count, param
-from seals.sensors.casting import cast
+from seals.sensors.casting import MOST_RAYS, Scan, cast, counts
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
-from seals.sensors.scan import MOST_RAYS, Scan, counts
 
 _VLP = "Velodyne VLP-16 data sheet"
 _CHOSEN = "chosen"

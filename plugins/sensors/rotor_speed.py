@@ -12,8 +12,7 @@ from seals.errors import ConfigError
 from seals.schema import param, setting
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
-from seals.sensors.onboard import RobotEquipment
-from seals.sensors.protocol import SensorInput
+from seals.sensors.protocol import RobotEquipment, SensorInput
 
 
 @dataclass(kw_only=True)

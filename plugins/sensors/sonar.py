@@ -13,11 +13,10 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.schema import check_order, check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
-from seals.sensors.casting import Hits, cast
+from seals.sensors.casting import MOST_RAYS, Hits, Scan, cast, counts, fan
 from seals.sensors.echoes import Echoes, scattered
 from seals.sensors.mount import Mount, MountedSensor
 from seals.sensors.protocol import SensorInput
-from seals.sensors.scan import MOST_RAYS, Scan, counts, fan
 from seals.sensors.surroundings import Surroundings
 from seals.sensors.tensor_echoes import PingLayout, TensorEchoes
 

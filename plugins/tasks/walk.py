@@ -1,4 +1,4 @@
-"""Task walk: walk to a target; actions are gait parameters at a low rate."""
+"""Task walk: walk to a target; actions are gait parameters at a low rate, a script's among them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,72 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Draw, Instant, Task
 from seals.plugins.tasks.rewards import Reward, near, unshaped
-from seals.plugins.tasks.stepping import over_ground, scripted, yaw_of
 from seals.robot.model import RobotModel
 from seals.schema import check_order, setting, vector
+
+SCRIPTED: Mapping[str, float] = {
+    "frequency": 4.0,
+    "stroke": 0.036,
+    "lift": 0.009,
+    "duty": 0.5,
+    "spread": 0.0,
+    "crouch": 0.0,
+    "along": 0.5,
+    "across": 0.5,
+}
+"""How the scripted crab steps: that of its folder, a tripod."""
+PACE = 0.2
+"""Speed of the scripted crab [m/s]."""
+SLOWING = 0.05
+"""Distance within which it slows down [m]."""
+TURN_GAIN = 3.0
+"""Of the rate of turn against the angle [1/s]."""
+
+
+def _yaw_of(now: Instant) -> Array:
+    """Return the heading of the body x axis [rad], shape (N, 1)."""
+    return namespace(now.position).atan2(now.rotation[:, 1, 0:1], now.rotation[:, 0, 0:1])
+
+
+def _over_ground(now: Instant) -> tuple[Array, Array]:
+    """Return the horizontal vector to the target, heading axes [m] (N, 2), and its length."""
+    xp = namespace(now.position)
+    heading = _yaw_of(now)
+    c, s = xp.cos(heading), xp.sin(heading)
+    x, y = (now.target[:, k : k + 1] - now.position[:, k : k + 1] for k in (0, 1))
+    away = xp.concat((c * x + s * y, c * y - s * x), axis=1)
+    return away, xp.sqrt(x * x + y * y)
+
+
+def scripted(
+    task: TaskWalk, ranges: Mapping[str, tuple[float, float]], way: Array, far: Array
+) -> Array:
+    """Return actions that walk straight to the target with the leading side ahead.
+
+    Args:
+        task: with speeds, and the side that leads.
+        ranges: of the manner of stepping, by name.
+        way: to the target, heading axes [m], shape (N, 2).
+        far: its length [m], shape (N, 1).
+    """
+    xp = namespace(way)
+    one = far * 0.0 + 1.0
+    share = xp.minimum(xp.maximum(far / SLOWING, 0.3 * one), one)
+    going = xp.astype(far > 0.5 * task.success_distance, far.dtype)
+    pace = going * share * (PACE / task.speed) / xp.maximum(far, one * 1e-6)
+    angle = xp.atan2(way[:, 1:2], way[:, 0:1])
+    if task.sideways:
+        # the nearer of the two sides
+        angle = angle - 0.5 * math.pi * xp.where(way[:, 1:2] >= 0.0, one, -one)
+    turn = going * share * angle * (TURN_GAIN / max(task.turning, 1e-9))
+    columns = [
+        one * (2.0 * (SCRIPTED.get(name, 0.5 * (low + high)) - low) / max(high - low, 1e-12) - 1.0)
+        for name, (low, high) in ranges.items()
+    ]
+    wanted = xp.concat((pace * way, turn, *columns), axis=1)
+    most = wanted * 0.0 + 1.0
+    return xp.minimum(xp.maximum(wanted, -most), most)
+
 
 GRAVITY = 9.81
 """By which the cost of transport is counted [m/s^2]."""
@@ -180,7 +243,7 @@ class TaskWalk(Task):
     def aim(self, action: Array, now: Instant) -> Reference:
         """Return velocity, yaw rate and gait parameters of an action."""
         velocity, turn, manner = self.steer(action, now)
-        yaw = float(yaw_of(now)[0, 0])
+        yaw = float(_yaw_of(now)[0, 0])
         plain = {name: float(value[0, 0]) for name, value in manner.items()}
         return Reference(velocity=velocity[0], yaw=yaw, yaw_rate=float(turn[0, 0]), manner=plain)
 
@@ -196,7 +259,7 @@ class TaskWalk(Task):
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return the wanted velocity, world axes, and the present heading."""
         xp = namespace(action)
-        heading = yaw_of(now)
+        heading = _yaw_of(now)
         c, s = xp.cos(heading), xp.sin(heading)
         ahead, aside = self.speed * action[:, 0:1], self.speed * action[:, 1:2]
         return xp.concat((c * ahead - s * aside, s * ahead + c * aside, c * 0.0), axis=1), heading
@@ -204,14 +267,14 @@ class TaskWalk(Task):
     def observation(self, now: Instant) -> Array:
         """Return observations, shape (N, d)."""
         xp = namespace(now.position)
-        away, far = over_ground(now)
+        away, far = _over_ground(now)
         own = xp.sum(now.rotation * now.velocity[:, :, None], axis=1)
         turn = (now.angular_velocity, now.rotation[:, 2, 0:2], now.facts["phase"])
         return xp.concat((away, far, own, *turn, now.action), axis=1)
 
     def distance(self, now: Instant) -> Array:
         """Return the horizontal distance to the target [m], shape (N,)."""
-        return over_ground(now)[1][:, 0]
+        return _over_ground(now)[1][:, 0]
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
         """Return the rewards of a step, shape (N,), and the new state."""
@@ -226,7 +289,7 @@ class TaskWalk(Task):
         cost = self.smooth * xp.sum(change * change, axis=1)
         if self.reward_form is Reward.progress:
             return self.progress * gained + bonus - cost, memory
-        way, _ = over_ground(now)
+        way, _ = _over_ground(now)
         leads = xp.abs(way[:, 1]) if self.sideways else way[:, 0]
         # at the target there is no way to face
         faced = leads / xp.maximum(far, far * 0.0 + self.width)
@@ -246,4 +309,4 @@ class TaskWalk(Task):
     def scripted_policy(self, now: Instant) -> Array:
         """Scripted policy: turn the leading side to the target, then walk straight."""
         ranges = {name: (float(low), float(high)) for name, (low, high) in self.manner.items()}
-        return scripted(self, ranges, *over_ground(now))
+        return scripted(self, ranges, *_over_ground(now))

@@ -13,7 +13,7 @@ from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.settings import EnvironmentSettings
 from seals.frames import cross, matrix_of
 from seals.motion import Body, Motion, Wrench
-from seals.multibody.rows import take_motion
+from seals.multibody.kinematics import take_motion
 from seals.multibody.spatial import added_terms, kirchhoff, twist_map
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel

@@ -17,7 +17,7 @@ from seals.environment.waves import Waves
 from seals.errors import ConfigError
 from seals.frames import rotate, unrotate
 from seals.motion import Inputs, JointDrive, Joints, Motion
-from seals.multibody.rows import by_batch, by_link, take_motion
+from seals.multibody.kinematics import by_batch, by_link, take_motion
 from seals.multibody.servo import summed
 from seals.multibody.spatial import added_terms
 from seals.robot.model import RobotModel

@@ -1,8 +1,11 @@
-"""Batch dynamics: the robot's equations of motion with its effects, over a batch."""
+"""Batch dynamics: the robot's equations of motion with its effects, over a batch.
+
+State derivatives are compiled once for all stages of a step.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,23 +13,78 @@ import numpy as np
 from seals.arrays import Array, as_like, column_of, deciding, namespace
 from seals.batch.fused import FusedBody
 from seals.batch.rigid import RigidBody
-from seals.batch.slopes import Ahead, FusedSlopes
 from seals.batch.state import GAMMA, Posture, Rates, TwinState, advance, rosenbrock, runge_kutta
 from seals.batch.tree import TreeBody
-from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.binding import BoundEffect, EffectSet, rows_of
 from seals.effects.evaluation import Evaluator
 from seals.effects.joint_inertia import fastest_drive
 from seals.effects.rigid import changed
-from seals.effects.rows import rows_of
 from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.environment.wetting import Wetting
+from seals.errors import ConfigError
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
-from seals.multibody.rows import take
+from seals.multibody.kinematics import take
 from seals.robot.model import RobotModel
 from seals.tensor_compiler import compile_law
+
+Ahead = tuple[Rates, Any] | None
+"""Rates to go along before others are found, and for how long [s]; None stays where it is."""
+
+
+class _FusedSlopes:
+    """Compiled `BatchDynamics.slopes`; arguments that differ between stages are arrays.
+
+    Args:
+        slopes: method of a twin.
+        like: its array library, which must be PyTorch.
+
+    Raises:
+        ConfigError: the twin computes with another array library.
+    """
+
+    def __init__(self, slopes: Callable[..., Any], like: Array) -> None:
+        if not hasattr(like, "untyped_storage"):
+            raise ConfigError(
+                f"a twin of {type(like).__module__} arrays cannot be fused.\n"
+                "Give like=torch.zeros(1), or leave out fused."
+            )
+        self._like = like
+        self._law = compile_law(slopes)
+        self._numbers: dict[float, Array] = {}
+
+    def __call__(
+        self,
+        state: TwinState,
+        ahead: Ahead,
+        time: Any,
+        inputs: Inputs,
+        memory: Mapping[str, Array],
+        *,
+        posture: Posture | None = None,
+    ) -> tuple[Rates, Mapping[str, Array]]:
+        """Return the rates and the new memory; a known posture is not used."""
+        del posture
+        if ahead is None:
+            still = state.velocity * 0.0
+            ahead = Rates._make([*(x * 0.0 for x in state), still]), 0.0
+        rates, span = ahead
+        given = inputs._replace(step=self._number(inputs.step))
+        found: tuple[Rates, Mapping[str, Array]] = self._law(
+            state, (rates, self._number(span)), column_of(time, self._like), given, memory
+        )
+        return found
+
+    def _number(self, value: Any) -> Array:
+        """Return a number as an array (1, 1), cached."""
+        if not isinstance(value, int | float):
+            return column_of(value, self._like)
+        if value not in self._numbers:
+            self._numbers[value] = as_like([[value]], self._like)
+        return self._numbers[value]
+
 
 STEEPEST = 1.2
 """Largest product of step and fastest rate of a joint drive that explicit steps take well [1].
@@ -103,7 +161,7 @@ class BatchDynamics:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
-        self._slopes = FusedSlopes(self.slopes, like) if fused else None
+        self._slopes = _FusedSlopes(self.slopes, like) if fused else None
         # within other fused laws the step is a part of them
         self._whole = compile_law(self._explicit) if fused else None
 

@@ -19,8 +19,8 @@ from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.sample import Sample
 from seals.frames import unrotate
 from seals.motion import Inputs, Joints
+from seals.multibody.kinematics import by_batch, take_motion
 from seals.multibody.linear import ChangedLead, Factors
-from seals.multibody.rows import by_batch, take_motion
 from seals.multibody.spatial import added_terms
 
 

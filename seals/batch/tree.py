@@ -16,9 +16,8 @@ from seals.environment.settings import EnvironmentSettings
 from seals.frames import MANY, cross, matrix_of, quaternion_rate, rotate, unrotate
 from seals.motion import Body, Inputs, Joints
 from seals.multibody.equations import Assembly
-from seals.multibody.kinematics import Kinematics
+from seals.multibody.kinematics import Kinematics, by_batch, link_motion
 from seals.multibody.linear import ChangedLead, Factors
-from seals.multibody.rows import by_batch, link_motion
 from seals.multibody.servo import driven, resisted, summed
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel

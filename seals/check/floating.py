@@ -4,26 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.hydrostatics import Hull
 from seals.multibody.tree import forward
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 
 _TILT = math.radians(0.5)
 _HALVINGS = 80
-
-
-class _Placed(NamedTuple):
-    """Hull with the pose of its link in base axes."""
-
-    hull: Hull
-    origin: Floats
-    turn: Floats
 
 
 class FloatingBody:
@@ -42,18 +32,18 @@ class FloatingBody:
         values = standing(robot.legs, robot.tree.joints)[None]
         origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values)
         self.parts = [
-            _Placed(hull, origins[0, k], turns[0, k])
+            (hull, origins[0, k], turns[0, k])
             for k, hull in enumerate(robot.hulls)
             if hull is not None
         ]
-        self.volume = float(sum(part.hull.volume for part in self.parts))
+        self.volume = float(sum(hull.volume for hull, _, _ in self.parts))
         self.mass = float(robot.mass.sum())
         places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
         self.gravity_centre: Floats = (
             robot.mass @ places / self.mass if self.mass > 0 else np.zeros(3)
         )
         self.reach = max(
-            (part.hull.reach + float(np.linalg.norm(part.origin)) for part in self.parts),
+            (hull.reach + float(np.linalg.norm(origin)) for hull, origin, _ in self.parts),
             default=0.0,
         )
 
@@ -65,10 +55,10 @@ class FloatingBody:
             level: height of the surface above the base origin along ``up`` [m].
         """
         volume, moment = 0.0, np.zeros(3)
-        for part in self.parts:
-            wet = part.hull.wetted(part.turn.T @ up, level - float(up @ part.origin))
+        for hull, origin, turn in self.parts:
+            wet = hull.wetted(turn.T @ up, level - float(up @ origin))
             volume += wet.volume
-            moment += wet.volume * (part.origin + part.turn @ wet.centroid)
+            moment += wet.volume * (origin + turn @ wet.centroid)
         return volume, moment / volume if volume > 0.0 else np.zeros(3)
 
     def level_of(self, up: Floats, volume: float) -> float:

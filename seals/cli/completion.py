@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from seals import registry
 from seals.cli.options import keys_of
 from seals.cli.words import names_of
-from seals.config.recipes import recipe_groups, roots_choosing
 from seals.config.roots import VERBS as ROOTS
+from seals.config.roots import recipe_groups, roots_choosing
 from seals.errors import ConfigError, suggestion
 
 SHELLS = ("bash", "zsh", "fish")
@@ -71,11 +71,11 @@ def words_of_verbs() -> dict[str, list[str]]:
     return found
 
 
-def notes_of() -> dict[str, str]:
+def _notes_of() -> dict[str, str]:
     """Return what is told beside a key: allowed values with their unit, and the default.
 
     Example:
-        >>> notes_of()["run time.step="]
+        >>> _notes_of()["run time.step="]
         '1e-05 to 0.1 s, default 0.004'
     """
     every = ((verb, key) for verb in ROOTS for key in keys_of(verb))
@@ -91,7 +91,7 @@ def _keys(verb: str) -> Iterator[str]:
 
 def _bash(words: Mapping[str, list[str]]) -> str:
     cases = "\n".join(f'    {verb}) words="{" ".join(row)}" ;;' for verb, row in words.items())
-    told = " ".join(f"['{key}']='{note}'" for key, note in notes_of().items())
+    told = " ".join(f"['{key}']='{note}'" for key, note in _notes_of().items())
     # the shell takes "=" for the end of a word: what it knows already is cut off the answers
     return f"""declare -A _seals_notes=({told})
 _seals() {{
@@ -127,7 +127,7 @@ complete -F _seals seals"""
 
 def _zsh(words: Mapping[str, list[str]]) -> str:
     cases = "\n".join(f"    {verb}) choices=({' '.join(row)}) ;;" for verb, row in words.items())
-    told = " ".join(f"'{key}' '{note}'" for key, note in notes_of().items())
+    told = " ".join(f"'{key}' '{note}'" for key, note in _notes_of().items())
     return f"""#compdef seals
 typeset -A _seals_notes=({told})
 _seals() {{
@@ -149,7 +149,7 @@ compdef _seals seals"""
 def _fish(words: Mapping[str, list[str]]) -> str:
     from seals.cli.main import VERBS
 
-    told = notes_of()
+    told = _notes_of()
     lines = ["complete -c seals -n __fish_use_subcommand -a --version"]
     for verb, row in words.items():
         summary = VERBS[verb].summary.replace("'", "")

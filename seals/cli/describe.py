@@ -15,7 +15,7 @@ from seals.cli.listing import singular
 from seals.cli.options import allowed, choices, default_of, entries
 from seals.cli.words import names_of
 from seals.config.derive import schema_of
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.config.source import is_robot_folder
 from seals.errors import ConfigError, close_names, suggestion
 from seals.robot.robot_file import RobotFile, read_robot
@@ -48,9 +48,9 @@ def describe(arguments: list[str]) -> int:
         cls = plugin.load()
         print(f"{kind} {name}  ({plugin.value}, {plugin.origin})\n")
         print(inspect.getdoc(cls) or "(no description)")
-        for base, text in inherited_fields(cls):
+        for base, text in _inherited_fields(cls):
             print(f"\nFields of {base}:\n{text}")
-        print("\n" + fields_table(cls))
+        print("\n" + _fields_table(cls))
     return 0
 
 
@@ -80,7 +80,7 @@ def _alone(words: Sequence[str]) -> tuple[str, str]:
     raise ConfigError(f"{what} the name '{word}'.\n{f'Write: {hint}' if hint else write}")
 
 
-def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
+def _inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
     """Yield the ``Args`` of the base classes by class; a field that stands twice is left out."""
     known = set(entries(cls))
     for base in cls.__mro__[1:-1]:
@@ -91,7 +91,7 @@ def inherited_fields(cls: type) -> Iterator[tuple[str, str]]:
         known |= set(new)
 
 
-def fields_table(cls: type) -> str:
+def _fields_table(cls: type) -> str:
     """Return the fields of a plug-in's dataclass as a table with units and bounds."""
     rows: list[tuple[str, ...]] = [("field", "default", "unit", "allowed", "tolerance", "source")]
     declared = parameters_of(cls)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from seals import registry
 from seals.cli.installed_files import NAME, overwritten
-from seals.config.recipes import conf_folders, experiments
+from seals.config.roots import conf_folders, experiments
 from seals.errors import ConfigError, SealsError
 from seals.text_table import table
 

@@ -80,7 +80,7 @@ class Application:
             # what has a folder of its own leaves none here; a live view begins its run later
             live = config.get("show") is not None and config.run is None
             if not live and (config.get("out") or not self.run):
-                discard(Path(HydraConfig.get().runtime.output_dir))
+                _discard(Path(HydraConfig.get().runtime.output_dir))
 
 
 def run(arguments: list[str]) -> int:
@@ -160,10 +160,10 @@ def launch(
     from hydra import initialize_config_dir, initialize_config_module
     from hydra.core.global_hydra import GlobalHydra
 
-    from seals.config.recipes import experiments
     from seals.config.refusal import refusals
+    from seals.config.roots import experiments
     from seals.config.source import install
-    from seals.sweep.checking import checked_by_value
+    from seals.sweep.job import checked_by_value
     from seals.sweep.watch import Sweep, watched
 
     sweeping = any(word in MULTIRUN for word in arguments)
@@ -216,7 +216,7 @@ def launch(
     if sweep.folder is None:
         return outcome.code
     code: int = sweep.report()
-    discard(sweep.folder.absolute())
+    _discard(sweep.folder.absolute())
     return code
 
 
@@ -225,7 +225,7 @@ def _perform(given: argparse.Namespace, root: str, outcome: _Outcome) -> None:
     from hydra.core.global_hydra import GlobalHydra
     from hydra.types import RunMode
 
-    from seals.sweep.checking import sets_mode
+    from seals.sweep.job import sets_mode
 
     hydra: Any = GlobalHydra.instance().hydra
     words = given.overrides
@@ -256,7 +256,7 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
     except SealsError:
         if sweep.folder is not None:
             sweep.discard()
-            discard(sweep.folder.absolute())
+            _discard(sweep.folder.absolute())
         raise
     except KeyboardInterrupt:
         if sweep.folder is not None:
@@ -279,7 +279,7 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
         if sweep.folder is None:
             raise
         refusal = sweep.cut_short(error)
-        discard(sweep.folder.absolute())
+        _discard(sweep.folder.absolute())
         raise refusal from error
 
 
@@ -330,16 +330,16 @@ class _Outcome:
                 print(f"objective: {found}")
         except Exception as error:
             if isinstance(error, SealsError):
-                discard(Path(settings.runtime.output_dir))
+                _discard(Path(settings.runtime.output_dir))
             self.claim.give_back()
             self.error = error
         except KeyboardInterrupt:
-            discard(Path(settings.runtime.output_dir))
+            _discard(Path(settings.runtime.output_dir))
             raise
         return None
 
 
-def discard(folder: Path) -> None:
+def _discard(folder: Path) -> None:
     """Remove an empty run folder and its empty parent folders."""
     entries = {entry.name for entry in folder.iterdir()} if folder.is_dir() else {"absent"}
     if entries - {".hydra", LOCK}:

@@ -18,7 +18,7 @@ NAME, OTHER = "aam-seals", "seals"
 _SOURCES = (".py", ".yaml", ".urdf", ".jinja", ".js")
 
 
-class Overwritten(NamedTuple):
+class _Overwritten(NamedTuple):
     """Files of the package that are not as they were installed.
 
     Args:
@@ -45,7 +45,7 @@ class Overwritten(NamedTuple):
         )
 
 
-def overwritten(name: str = NAME) -> Overwritten:
+def overwritten(name: str = NAME) -> _Overwritten:
     """Compare every file of the installed package with the record of its installation.
 
     An installation for development lists none of its sources: nothing is compared.
@@ -68,7 +68,7 @@ def overwritten_by_other() -> str:
     return _compared(own, {str(path) for path in other.files or ()}).words
 
 
-def _compared(own: Distribution, among: Iterable[str] | None) -> Overwritten:
+def _compared(own: Distribution, among: Iterable[str] | None) -> _Overwritten:
     changed, missing = [], []
     for path in own.files or ():
         if path.hash is None or path.suffix not in _SOURCES:
@@ -87,7 +87,7 @@ def _compared(own: Distribution, among: Iterable[str] | None) -> Overwritten:
         if other.metadata["Name"] != own.metadata["Name"]
         and wrong & {str(path) for path in other.files or ()}
     }
-    return Overwritten(tuple(changed), tuple(missing), tuple(sorted(by)))
+    return _Overwritten(tuple(changed), tuple(missing), tuple(sorted(by)))
 
 
 def _code(file: Path) -> str:

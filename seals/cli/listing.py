@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from seals import registry
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.errors import BrokenPlugin, ConfigError, suggestion
 from seals.text_table import table
 

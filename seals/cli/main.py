@@ -179,7 +179,7 @@ VERBS = {
         "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
         "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
-        more="seals.control.keymap:table",
+        more="seals.control.key_events:table",
     ),
     "autopilot": Verb(
         takes=("experiment", "robot"),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from seals.cli.words import key_among
 from seals.config.overrides import override, typed
-from seals.config.whereabouts import own_robot
+from seals.config.refusal import own_robot
 from seals.errors import ConfigError, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def new(arguments: list[str]) -> int:
     if kind == "datasheet":
         return _datasheet(words[1:], given)
     if kind == "hydrodynamics":
-        return new_hydrodynamics(words[1:], given)
+        return _new_hydrodynamics(words[1:], given)
     from seals.scaffold.writing import scaffold_plugin
 
     print("\n".join(scaffold_plugin(kind, words[1], parent=Path())))
@@ -244,7 +244,7 @@ def _first_stand(name: str, robot: RobotModel) -> str:
     return words
 
 
-def new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
+def _new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     """Compute hydrodynamics of one link of a robot folder, write them, and print what was found."""
     if words or not given.get("robot"):
         raise ConfigError(

@@ -25,7 +25,7 @@ def explained(error: BaseException) -> SealsError | None:
     """Return an error in words for one of the system; None for all others."""
     if isinstance(error, SealsError) and not isinstance(error, MissingExtra | BrokenPlugin):
         return None  # it has words of its own
-    if told_short(error):
+    if _told_short(error):
         return OutOfMemory(_NO_MEMORY)
     try:
         # only here: it takes memory to import anything
@@ -61,13 +61,13 @@ def _of_file(error: OSError) -> ConfigError | None:
     return None
 
 
-def told_short(error: BaseException) -> bool:
+def _told_short(error: BaseException) -> bool:
     """Return whether an error, or one of its causes, reports a want of memory.
 
     Example:
-        >>> told_short(MemoryError()), told_short(ImportError("a.so: failed to map segment"))
+        >>> _told_short(MemoryError()), _told_short(ImportError("a.so: failed to map segment"))
         (True, True)
-        >>> told_short(ValueError("negative mass"))
+        >>> _told_short(ValueError("negative mass"))
         False
     """
     link: BaseException | None = error

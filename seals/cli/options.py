@@ -69,7 +69,7 @@ def keys_of(root: str) -> Iterator[Key]:
 
 
 def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
-    hints, told = typing.get_type_hints(cls), meanings(cls)
+    hints, told = typing.get_type_hints(cls), _meanings(cls)
     for name, field in typing.cast(Any, cls).__dataclass_fields__.items():
         if name in hidden:
             continue
@@ -153,7 +153,7 @@ def choices(hint: Any) -> list[str]:
     return [str(one.value) for one in hint] if is_enum else []
 
 
-def meanings(cls: type) -> dict[str, str]:
+def _meanings(cls: type) -> dict[str, str]:
     """Return the first sentence about each field, from the docstrings of a class and its bases."""
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__[:-1]):

@@ -103,7 +103,7 @@ def names_of(key: str) -> list[str]:
     """
     from seals import registry
     from seals.config.overlay import overlay_names
-    from seals.config.recipes import recipe_groups
+    from seals.config.roots import recipe_groups
     from seals.config.source import robot_names
     from seals.learn.shipped import shipped
     from seals.logs.shipped import shipped_logs

@@ -27,8 +27,8 @@ from seals.report import (
     write_page,
     write_picture,
 )
-from seals.report.blocks import Facts
 from seals.report.figures import Mark
+from seals.report.page import Facts
 
 SHOWN = 6
 """Stretches shown open; the others fold."""
@@ -238,7 +238,7 @@ def _residual(case: Case, channel: str, first: ModelVariant, last: ModelVariant,
 
 def _marks(case: Case) -> tuple[Mark, ...]:
     """Times at which the regime changes."""
-    from seals.compare.regimes import Regime
+    from seals.compare.case import Regime
 
     change = np.flatnonzero(np.diff(case.regime)) + 1
     return tuple(

@@ -11,10 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import TwinState
-from seals.compare.case import Case, Start
+from seals.compare.case import Case, Regime, Start
 from seals.compare.cases import matching
 from seals.compare.predict import Job, Predictor
-from seals.compare.regimes import Regime
 from seals.compare.settings import CompareSettings
 
 

@@ -12,9 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from seals.arrays import Floats
-from seals.compare.case import Case
+from seals.compare.case import Case, Regime
 from seals.compare.predict import residuals
-from seals.compare.regimes import Regime
 from seals.logs.channels import unit_of
 
 

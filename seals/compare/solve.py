@@ -235,7 +235,7 @@ class CaseFitter(ABC):
             normal[own, own] += prior
             right[own] -= prior * task.deviations[c][start.free]
             at += len(start.free)
-        task.normal = reduced(normal, p)
+        task.normal = _reduced(normal, p)
         return np.nan_to_num(normal), np.nan_to_num(right)
 
     def _moved(self, task: FitTask, proposal: Proposal) -> Trial:
@@ -344,11 +344,11 @@ class Solver(CaseFitter):
         return np.asarray(np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 
-def reduced(normal: Floats, count: int) -> Floats:
+def _reduced(normal: Floats, count: int) -> Floats:
     """Eliminate unknowns by the Schur complement, keeping the first ``count``.
 
     Example:
-        >>> reduced(np.array([[2.0, 1.0], [1.0, 1.0]]), 1)
+        >>> _reduced(np.array([[2.0, 1.0], [1.0, 1.0]]), 1)
         array([[1.]])
     """
     if normal.shape[0] == count:

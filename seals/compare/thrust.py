@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.compare.case import Case
+from seals.compare.case import Case, Regime
 from seals.compare.noise import moving_mean, noise_of
 from seals.compare.predict import Job
-from seals.compare.regimes import Regime
 from seals.compare.sampled import SampledPredictor, bare_case, divided
 from seals.compare.settings import CompareSettings
 from seals.control.actuator_response import respond

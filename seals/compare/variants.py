@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
-from seals.compare.fitted import fit_keys
+from seals.compare.predict import fit_keys
 from seals.compare.prediction_methods import predictor_of
 from seals.compare.score import CaseScore, pooled, score_case
 from seals.compare.settings import CompareSettings

@@ -1,4 +1,8 @@
-"""Conversion of errors of Hydra and OmegaConf to two-line messages."""
+"""Conversion of errors of Hydra and OmegaConf to two-line messages.
+
+They say where a name that is out of place belongs (another group or section, an effect, a sensor),
+and which folder a mistyped ``robot=`` may mean.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +11,147 @@ import difflib
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from shlex import quote
 from typing import Any
 
 from seals import registry
-from seals.config.hints import added, group_of, home_of, verbs_with
 from seals.config.overrides import value_of
-from seals.config.recipes import recipe_groups, roots_choosing
-from seals.config.roots import VERBS
-from seals.config.whereabouts import unknown_robot
+from seals.config.roots import VERBS, recipe_groups, root_schema, roots_choosing
 from seals.errors import ConfigError, SealsError, UnknownPlugin, nearest, suggestion
 from seals.schema import parameters_of
+
+_DRAWN = (".urdf", ".xacro", ".sdf", ".xml")
+"""Endings of files that a robot can be made of."""
+_MOST = 200
+"""Neighbours that are looked at."""
+
+
+def _unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
+    """Return the error for a robot that is neither installed nor a folder."""
+    path = Path(given)
+    urdf = path if path.is_file() and path.suffix in _DRAWN else None
+    if path.is_dir():
+        urdf = next(iter(sorted([*path.glob("*.urdf"), *path.glob("*/*.urdf")])), None)
+    close = nearest(given, _folders(path.parent if "/" in given else Path()))
+    if path.is_file() and (path.parent / "robot.yaml").is_file():
+        what, advice = "is a file", f"Give its folder: robot={path.parent.as_posix()}"
+    elif urdf is not None:
+        name = urdf.stem.lower().replace("-", "_").replace(".", "_")
+        what = "holds no robot.yaml"
+        advice = f"Make a robot of the URDF first: seals new robot my_{name} urdf="
+        advice += quote(str(urdf))
+    elif given and path.exists():
+        what = "is here, but holds no robot.yaml"
+        advice = "Make one of a URDF: seals new robot NAME urdf=FILE, or see: seals list robot"
+    elif path.suffix in _DRAWN:
+        what = "is neither installed nor a file here"
+        advice = "A robot is a folder. Make one of such a file: seals new robot NAME urdf=FILE"
+    elif close is not None:
+        what = "is neither installed nor a folder with robot.yaml"
+        advice = f"Did you mean '{close}'?  Installed: {', '.join(installed)}"
+    elif "/" in given:
+        advice = suggestion(given, installed, label="Give such a folder, or one installed")
+        return UnknownPlugin(
+            f"robot={given}: there is no folder '{given}' that holds robot.yaml.\n{advice}"
+        )
+    else:
+        what, advice = "is not installed", suggestion(given, installed, label="Installed")
+        if given and nearest(given, installed) is None:
+            what = "is neither installed nor a folder here"
+            advice = f"Make your own: seals new robot NAME urdf=FILE.  {advice}"
+    return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
+
+
+def own_robot(given: str) -> Path:
+    """Return a robot folder that can be written to.
+
+    Raises:
+        ConfigError: it is no robot folder; the nearest one beside it is named.
+    """
+    folder = Path(given)
+    if (folder / "robot.yaml").is_file():
+        return folder
+    close = nearest(given, _folders(folder.parent))
+    hint = f"Did you mean '{close}'?  " if close else ""
+    raise ConfigError(
+        f"robot={given} is not one of your robot folders.\n"
+        f"{hint}Make one: seals new robot NAME urdf=FILE"
+    )
+
+
+def _folders(place: Path) -> list[str]:
+    """Robot folders in a place."""
+    try:
+        neighbours = list(place.iterdir())[:_MOST]
+    except OSError:
+        return []
+    return [p.as_posix() for p in neighbours if (p / "robot.yaml").is_file()]
+
+
+_ADDED = ("effect", "sensor")
+"""Kinds of plug-ins that are added under a name."""
+
+
+def added(name: str, *, section: str = "") -> str | None:
+    """Return the word that adds an effect or a sensor; None for other names.
+
+    Args:
+        name: of a plug-in.
+        section: under which it is added, by default the plug-in's own name.
+
+    Example:
+        >>> added("wind")
+        '+effect@effects.wind=wind'
+    """
+    kinds = [kind for kind in _ADDED if name in registry.names(kind)]
+    return f"+{kinds[0]}@{kinds[0]}s.{section or name}={name}" if kinds else None
+
+
+def _group_of(option: str, group: str) -> str | None:
+    """Return another group of recipes that has an option of this name, or None.
+
+    Example:
+        >>> _group_of("fossen", "fluid")
+        'water'
+    """
+    found = (name for name, paths in recipe_groups().items() if option in {p.stem for p in paths})
+    return next((name for name in sorted(found) if name != group), None)
+
+
+def _verbs_with(key: str) -> list[str]:
+    """Return the verbs of which a name is a key by itself.
+
+    Example:
+        >>> _verbs_with("span")
+        ['convert']
+    """
+    return [name for name in VERBS if key in root_schema(name).__dataclass_fields__]
+
+
+def _home_of(key: str, node: Any, *, depth: int = 2) -> str | None:
+    """Return the full key of a value that has this last name in a configuration, or None.
+
+    Args:
+        key: last part of a key.
+        node: configuration to look in.
+        depth: of sections below it.
+    """
+    from omegaconf import OmegaConf
+
+    if depth == 0 or not OmegaConf.is_dict(node):
+        return None
+    for name in node:
+        if OmegaConf.is_missing(node, name) or OmegaConf.is_interpolation(node, name):
+            continue
+        below = node[name]
+        if name == key and not OmegaConf.is_dict(below):
+            return str(key)
+        found = _home_of(key, below, depth=depth - 1)
+        if found is not None:
+            return f"{name}.{found}"
+    return None
+
 
 _WORDS = {
     "Float": "a number",
@@ -56,7 +191,7 @@ def refusals(
         where = f"{place.name}, line {place.line + 1}" if place else "a file of configuration"
         raise ConfigError(f"{where} is not valid YAML: {error.problem}.\nCorrect it.") from error
     except (HydraException, OmegaConfBaseException) as error:
-        refusal = explain(error, overrides, root=root)
+        refusal = _explain(error, overrides, root=root)
         if isinstance(error, HydraException):
             refusal = _of_words(overrides, several) or refusal
         raise refusal from error
@@ -93,7 +228,7 @@ def _refuse_key_of_list(error: ValueError, overrides: Sequence[str]) -> None:
             ) from error
 
 
-def explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
+def _explain(error: BaseException, overrides: Sequence[str], *, root: str) -> SealsError:
     """Return a ConfigError that explains an error of Hydra or OmegaConf."""
     chain: list[BaseException] = [error]
     while (link := chain[-1].__cause__ or chain[-1].__context__) is not None:
@@ -144,11 +279,11 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
             "There is none yet. Make one: seals add diagnosis=FOLDER name=NAME"
         )
     if group == "robot" and name:
-        return unknown_robot(name, options)
+        return _unknown_robot(name, options)
     label = "Installed" if group in registry.GROUPS else "Allowed"
     if name == "":
         return ConfigError(f"{group}= has no value.\n{suggestion(name, options, label=label)}")
-    other = group_of(name, group)
+    other = _group_of(name, group)
     if group == "env" and name in registry.names("task"):
         other = "task"
     hint = f"Write {other}={name}.  " if other else ""
@@ -219,10 +354,10 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
             return "The water of particles has such keys: water=particles"
         return "This mapping is empty: put a + in front of the key to add it."
     slip = difflib.get_close_matches(key, allowed, n=1, cutoff=_SLIP)
-    home = None if parent is None or slip else home_of(key, parent._get_root())
+    home = None if parent is None or slip else _home_of(key, parent._get_root())
     if home is not None:
         return f"Did you mean '{home}'?  See all keys with: --cfg job"
-    verbs = [] if parent is None or slip else verbs_with(key)
+    verbs = [] if parent is None or slip else _verbs_with(key)
     if 0 < len(verbs) <= _FEW and parent._get_full_key(None) == "":
         other = " or ".join(f"seals {name}" for name in verbs)
         return f"It is a key of {other}.  {suggestion('', allowed)}"

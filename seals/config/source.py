@@ -25,7 +25,7 @@ from seals import registry
 from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
-from seals.config.recipes import conf_folders
+from seals.config.roots import conf_folders
 from seals.errors import ConfigError
 from seals.file_names import checked_name
 from seals.robot.robot_file import RobotFile, read_robot
@@ -97,11 +97,11 @@ class PluginSource(ConfigSource):
         if config_path in roots.NAMES:
             node = _typed_node(roots.root_schema(config_path))
         elif group == "robot":
-            node = robot_option(name)
+            node = _robot_option(name)
         elif group == MODEL:
-            node = model_option(name)
+            node = _model_option(name)
         elif group == "controller" and name.startswith(OWN):
-            node = controller_option(name.removeprefix(OWN))
+            node = _controller_option(name.removeprefix(OWN))
         else:
             node = _typed_node(schema_of(registry.get(group, name)))
         return ConfigResult(
@@ -182,7 +182,7 @@ def find_robot(name: str) -> RobotFile:
     raise ConfigError(f"robot '{name}' is no longer there.\nSee: seals list robot")
 
 
-def robot_option(name: str) -> Container:
+def _robot_option(name: str) -> Container:
     """Return a robot as a Hydra option: its plug-ins as a defaults list, its values as the body.
 
     Every effect, sensor and actuator of the robot is thereby a typed node of its own, open to
@@ -217,7 +217,7 @@ def robot_option(name: str) -> Container:
     return OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
 
 
-def controller_option(robot: str) -> Container:
+def _controller_option(robot: str) -> Container:
     """Return the controller stated in ``robot.yaml`` as a typed config node.
 
     Raises:
@@ -230,7 +230,7 @@ def controller_option(robot: str) -> Container:
     return cast(Container, merged.controller)
 
 
-def model_option(name: str) -> Container:
+def _model_option(name: str) -> Container:
     """Return a model overlay as a Hydra option.
 
     Raises:

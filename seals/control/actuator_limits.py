@@ -8,11 +8,10 @@ import numpy as np
 
 from seals.arrays import Array, as_like, namespace, some
 from seals.control.plant import ROTOR, Plant
-from seals.effects.binding import BoundEffect, EffectSet
-from seals.effects.rows import rows_of
+from seals.effects.binding import BoundEffect, EffectSet, rows_of
 from seals.environment.sample import Sample
 from seals.motion import Inputs, Motion
-from seals.multibody.rows import take, take_motion
+from seals.multibody.kinematics import take, take_motion
 
 KNOWN = "thrust in water"
 """Phenomenon that a controller knows of its drives; all other changes are hidden from it."""

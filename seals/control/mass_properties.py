@@ -10,8 +10,7 @@ from seals.arrays import Array, Floats, gathered, namespace, some
 from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
 from seals.frames import cross
-from seals.multibody.kinematics import Kinematics
-from seals.multibody.rows import by_batch
+from seals.multibody.kinematics import Kinematics, by_batch
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 

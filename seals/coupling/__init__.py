@@ -8,9 +8,9 @@ calls of `EngineBody`. The backend opens the scene, steps the engine and calls
 """
 
 from seals.coupling.body import CoupledBody as CoupledBody
+from seals.coupling.body import HalfStep as HalfStep
 from seals.coupling.engine import ContactPoints as ContactPoints
 from seals.coupling.engine import EngineBody as EngineBody
+from seals.coupling.engine import ImplicitDrive as ImplicitDrive
 from seals.coupling.engine import SolvingEngineBody as SolvingEngineBody
-from seals.coupling.implicit_drive import ImplicitDrive as ImplicitDrive
-from seals.coupling.implicit_drive import drive_over as drive_over
-from seals.coupling.leapfrog import HalfStep as HalfStep
+from seals.coupling.engine import drive_over as drive_over

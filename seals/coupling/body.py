@@ -1,25 +1,27 @@
-"""One robot of an engine, with added mass, implicit joint drives and second-order steps."""
+"""One robot of an engine, with added mass, implicit joint drives and second-order steps.
+
+Half-step velocities make the positions second order (leapfrog); at a joint limit the robot is
+corrected as if its joints were locked, for the limit changes no momentum.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import BodyOptions, Configuration, Dynamics, Follow, LinkPoses, LinksAt
-from seals.coupling.contacts import Contacts
 from seals.coupling.engine import (
     CompiledEngineBody,
+    Contacts,
     EngineBody,
     SolvingEngineBody,
+    drive_over,
     generalised,
 )
-from seals.coupling.implicit_drive import drive_over
 from seals.coupling.inertia_split import at_rest
-from seals.coupling.leapfrog import HalfStep
-from seals.coupling.locked import base_inertia, locked_kick
 from seals.coupling.predicted import PredictedForces
 from seals.coupling.solved import SolvedForces
 from seals.errors import PhysicsError
@@ -28,6 +30,95 @@ from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics
 from seals.multibody.linear import solved
 from seals.robot.model import RobotModel
+from seals.state_records import state_record
+
+
+@state_record
+class HalfStep(NamedTuple):
+    """Generalised velocity at two instants of the leapfrog method.
+
+    Equation:
+        v(t + h/2) = v(t - h/2) + h a(t), x(t + h) = x(t) + h v(t + h/2), and
+        v(t + h) = v(t + h/2) + h a(t) / 2 where forces need it.
+
+    Args:
+        now: at the current time, shape (n,).
+        middle: half a step earlier, shape (n,); None after a start, a stop or a contact, where the
+            pose moves with ``now``.
+
+    References:
+        Hairer, Lubich and Wanner 2003, doi:10.1017/S0962492902000144.
+
+    Example:
+        >>> import numpy as np
+        >>> HalfStep(np.array([0.0])).kicked(np.array([2.0]))
+        HalfStep(now=array([2.]), middle=array([1.]))
+    """
+
+    now: Floats
+    middle: Floats | None = None
+
+    def kicked(self, kick: Floats) -> HalfStep:
+        """Return the velocities one step later.
+
+        Args:
+            kick: change of velocity over the step, h a, shape (n,).
+        """
+        half = 0.5 * kick
+        middle = self.now + half if self.middle is None else self.middle + kick
+        return HalfStep(middle + half, middle)
+
+    @property
+    def way(self) -> Floats:
+        """Return the velocity with which the pose moved over the last step, shape (n,)."""
+        return self.now if self.middle is None else self.middle
+
+    def acceleration(self, step: float) -> Floats | None:
+        """Return the acceleration of the last step of h [s], shape (n,); None after a start."""
+        return None if self.middle is None else 2.0 * (self.now - self.middle) / step
+
+
+def base_inertia(assembly: Assembly, dynamics: Dynamics) -> Array:
+    """Return the rows of the base of the generalised inertia, added inertia included, (6, n).
+
+    Args:
+        assembly: of the robot's own inertia.
+        dynamics: of the robot; its base is free.
+    """
+    jacobian = dynamics.kinematics.jacobian[0]
+    total = assembly.total_inertia(dynamics.found, 1)[0]
+    size = jacobian.shape[2]
+    rows = namespace(jacobian).matmul(total, jacobian).reshape(-1, size)
+    return jacobian[:, :, :6].reshape(-1, 6).T @ rows
+
+
+def locked_kick(inertia: Floats, kick: Floats) -> Floats:
+    """Return the change of velocity of the base as if all joints were locked, shape (6,).
+
+    A stop acts between links: it changes neither the linear nor the angular momentum of the robot.
+    What is left of a change of velocity without it is that of the locked robot with the same change
+    of momentum.
+
+    Equation:
+        M_bb s = M_b a, with M the generalised inertia, added inertia included, and b the rows of
+        the base.
+
+    Args:
+        inertia: M_b where the step began, see `base_inertia`, shape (6, n).
+        kick: change of the generalised velocity over the step, about the base origin, shape (n,).
+
+    Raises:
+        PhysicsError: the locked robot has no inertia about some axis.
+    """
+    try:
+        found: Floats = solved(inertia[:, :6], inertia @ kick)
+    except np.linalg.LinAlgError as cause:
+        raise PhysicsError(
+            "the robot has no inertia about an axis of its base, and a joint stands at its limit.\n"
+            "Give at least one link of its URDF an inertia about it: ixx, iyy, izz above zero."
+        ) from cause
+    return found
+
 
 _RESTING = 1e-3
 """Rate up to which a joint at its limit rests there [rad/s or m/s]."""

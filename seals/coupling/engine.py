@@ -13,15 +13,78 @@ Order of calls in one step of the world, from t to t + h:
    `set_velocity`. With compiled laws (`CompiledEngineBody`) in free motion `native` and `put`.
 
 Poses may be read between any two steps. `place` and `set_velocity` start an episode.
+
+What passes through it is here as well: joint drives, linear in the acceleration of a step
+(`ImplicitDrive`), and the contacts of the last step, whose forces are summed on demand.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
 
 from seals.arrays import Array, Floats, namespace
-from seals.coupling.implicit_drive import ImplicitDrive
+from seals.backend import Dynamics, LinksAt
+from seals.frames import cross
+from seals.motion import JointDrive
+
+
+class ImplicitDrive(NamedTuple):
+    """Joint drive over a step as a function of the acceleration a: force - gain a.
+
+    Args:
+        drive: force with the motion that is known already, and limit.
+        gain: [kg m^2 or kg], shape (1, J).
+        armature: inertia of the drives [kg m^2 or kg], shape (J,).
+    """
+
+    drive: JointDrive
+    gain: Floats
+    armature: Floats
+
+
+def drive_over(
+    dynamics: Dynamics, step: float, last: Floats | None
+) -> tuple[Dynamics, ImplicitDrive | None]:
+    """Return the dynamics, and the joint drive over a step, linear in the acceleration, or None.
+
+    Equation:
+        Between contacts positions and velocities at the middle of the steps alternate (leapfrog):
+        force - kp h^2 a / 2 - kd h (a - a_last), of second order and stable at any gain. After a
+        start or a contact: the force at the end of the step, force - kp (h v + h^2 a) - kd h a.
+
+        A resistance of the joints, -r v in the joint force, likewise and beside the limits of the
+        drives: -r v - r h (a - a_last), or -r (v + h a). The part with a is an armature r h.
+
+    Args:
+        dynamics: of the robot at the current time.
+        step: h [s].
+        last: acceleration of the joints in the last step while nothing touched, shape (J,); None
+            after a start or a contact.
+    """
+    drive, resistance = dynamics.joint_drive, dynamics.found.resistance
+    if drive is None and resistance is None and dynamics.armature is None:
+        return dynamics, None
+    if drive is None:
+        none = dynamics.joint_force * 0.0
+        drive = JointDrive(none, none, none, none)
+    joints = drive.force.shape[1]
+    if last is None:
+        rates = dynamics.moving.speed[:, dynamics.moving.speed.shape[1] - joints :]
+        share, force = 1.0, drive.force - drive.stiffness * step * rates
+    else:
+        share, force = 0.5, drive.force + drive.damping * (step * last)
+    gain = step * drive.damping + share * step * step * drive.stiffness + np.zeros(joints)
+    armature = np.zeros(joints) if dynamics.armature is None else dynamics.armature
+    if resistance is not None:
+        armature = step * resistance[0] + armature
+        if last is not None:
+            resisted = dynamics.joint_force + resistance * (step * last)
+            dynamics = dynamics._replace(joint_force=resisted)
+    late = JointDrive(force, drive.stiffness, drive.damping, drive.limit)
+    return dynamics, ImplicitDrive(late, gain, armature)
 
 
 class ContactPoints(Protocol):
@@ -292,3 +355,86 @@ def generalised_inertia(matrices: Array, jacobian: Array) -> Array:
     count = jacobian.shape[0] * jacobian.shape[1]
     rows = namespace(jacobian).matmul(matrices, jacobian).reshape(count, size)
     return jacobian.reshape(count, size).T @ rows
+
+
+class Contacts:
+    """Contacts on the links of a robot in the last step.
+
+    Args:
+        links: number of links.
+
+    Attributes:
+        any: whether there are any.
+    """
+
+    def __init__(self, links: int) -> None:
+        self._none = np.zeros((links, 6)), np.zeros(links)
+        for zeros in self._none:
+            zeros.setflags(write=False)
+        self.forget()
+
+    def forget(self) -> None:
+        """Clear all contacts."""
+        self._points: ContactPoints | None = None
+        self._began: LinksAt | None = None
+        self._sums: tuple[Floats, Floats] | None = self._none
+        self.any = False
+        self._touched: frozenset[int] | None = frozenset()
+
+    def note(self, points: ContactPoints | None, began: LinksAt | None) -> None:
+        """Store the engine's contact points of a step.
+
+        Args:
+            points: as the engine gives them; None for nothing.
+            began: the links where the step began: there the engine found the contacts.
+        """
+        if points is None:
+            if self.any:
+                self.forget()
+            return
+        self._points, self._began, self._sums, self.any = points, began, None, True
+        self._touched = None
+
+    @property
+    def links(self) -> frozenset[int]:
+        """The links that were touched."""
+        if self._touched is None:
+            assert self._points is not None
+            self._touched = frozenset(self._points.links)
+        return self._touched
+
+    def wrenches(self) -> Floats:
+        """Return the wrenches about the link origins, link axes [N, N m], shape (L, 6)."""
+        return self._summed()[0]
+
+    def normals(self) -> Floats:
+        """Return the sum of the normal forces on every link [N], shape (L,)."""
+        return self._summed()[1]
+
+    def snapshot(self) -> Any:
+        """Return the complete state."""
+        return self._summed(), self.any, self.links
+
+    def restore(self, kept: Any) -> None:
+        """Restore a snapshot."""
+        self._sums, self.any, self._touched = kept
+
+    def _summed(self) -> tuple[Floats, Floats]:
+        """Sum normal and friction forces per link, and the normal forces alone."""
+        if self._sums is not None:
+            return self._sums
+        assert self._began is not None
+        assert self._points is not None
+        origins, rotations = self._began.kinematics.origins[0], self._began.kinematics.rotations[0]
+        links = self._points.links
+        points, force, normal = self._points.forces()
+        parts = np.empty((len(links), 2, 3))
+        parts[:, 0], parts[:, 1] = force, cross(points - origins.take(links, axis=0), force)
+        own = np.matmul(parts, rotations.take(links, axis=0)).reshape(-1, 6).tolist()
+        out, pressing = [[0.0] * 6 for _ in self._none[1]], [0.0] * len(self._none[1])
+        # a few contacts, some on one link: faster one by one than as arrays
+        for link, wrench, push in zip(links, own, normal.tolist(), strict=True):
+            out[link] = [a + b for a, b in zip(out[link], wrench, strict=True)]
+            pressing[link] += push
+        self._sums = np.array(out), np.array(pressing)
+        return self._sums

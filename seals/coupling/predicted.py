@@ -1,21 +1,203 @@
-"""Loads for an engine that takes masses and motors only; other terms act as predicted wrenches."""
+"""Loads for an engine that takes masses and motors only; other terms act as predicted wrenches.
+
+An engine knows a joint drive as a torque that it holds over a step. A servo on a light link is
+stiffer than that: its torque must be the one that belongs to the motion of the step itself
+(`JointServo`). The motion is predicted with the inertia that the joints feel (the base free) and
+with every other force, contacts and stops included, as it was in the last step.
+
+Contact forces of the last step lag behind, on a leg of a gram by many steps, and a body on lagging
+springs swings up. The drives of standing legs are therefore motors of the engine
+(`StandingMotors`), which it solves together with the contacts of the step itself. Their largest
+force is the drive's, their speed the one at which the drive's force would vanish: under load a
+motor gives the drive's force, and a light leg that nothing holds moves as the drive lets it, at any
+gain.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics, LinksAt
-from seals.coupling.contacts import Contacts
-from seals.coupling.engine import EngineBody, generalised
-from seals.coupling.implicit_drive import ImplicitDrive
-from seals.coupling.inertia_split import InertiaSplit
-from seals.coupling.joint_stops import JointStops
-from seals.coupling.motors import StandingMotors
-from seals.coupling.servo import JointResponse, JointServo
+from seals.coupling.engine import Contacts, EngineBody, ImplicitDrive, generalised
+from seals.coupling.inertia_split import InertiaSplit, JointStops
+from seals.multibody.linear import solved
+from seals.multibody.servo import driven, heavier
 from seals.robot.model import RobotModel
+from seals.state_records import state_record
+
+STALE = 0.03
+"""Motion of a joint after which the inertia is found anew [rad or m].
+
+The inertia shapes the difference to the last step alone: a share of it does not matter.
+"""
+
+
+@state_record
+class JointResponse(NamedTuple):
+    """Motion of the joints in the last step.
+
+    Args:
+        change: their acceleration [rad/s^2 or m/s^2], shape (J,).
+        given: force handed to the engine [N m or N], shape (J,).
+    """
+
+    change: Floats
+    given: Floats
+
+
+class JointServo:
+    """Conversion of joint drives to torques that are constant over a step.
+
+    Args:
+        engine: the robot in the engine.
+        lead: coordinates before those of the joints: 6, or 0 for a fixed base.
+
+    Attributes:
+        response: of the joints in the last step; None when it is not known.
+    """
+
+    def __init__(self, engine: EngineBody, lead: int) -> None:
+        self._engine, self._lead = engine, lead
+        self.response: JointResponse | None = None
+        self._known: tuple[Floats, Floats] | None = None
+
+    def snapshot(self) -> Any:
+        """Return the joints' response and the inertia in use, both immutable."""
+        return self.response, self._known
+
+    def restore(self, kept: Any) -> None:
+        """Restore a snapshot; None clears the state."""
+        self.response, self._known = (None, None) if kept is None else kept
+
+    def inertia(self, joints: Floats) -> Floats:
+        """Return the joint-space inertia with a free base, shape (J, J).
+
+        It is kept until a joint has moved by `STALE`.
+
+        Args:
+            joints: positions [rad or m], shape (J,).
+        """
+        if self._known is not None:
+            pairs = zip(joints.tolist(), self._known[0].tolist(), strict=True)
+            if max(abs(now - then) for now, then in pairs) <= STALE:
+                return self._known[1]
+        whole, lead = self._engine.mass_matrix(joints), self._lead
+        found = whole[lead:, lead:]
+        if lead:
+            across = whole[:lead, lead:]
+            found = found - across.T @ solved(whole[:lead, :lead], across)
+        self._known = joints, found
+        return found
+
+    def forces(self, dynamics: Dynamics, acting: ImplicitDrive, joints: Floats) -> Floats | None:
+        """Return the forces to hand to the engine, shape (J,); None when the last step is unknown.
+
+        Args:
+            dynamics: of the robot at the current time.
+            acting: the drives.
+            joints: positions [rad or m], shape (J,).
+        """
+        if self.response is None:
+            return None
+        inertia, drive, outer = self.inertia(joints), acting.drive, dynamics.joint_force[0]
+        right = inertia @ self.response.change - self.response.given + outer
+        whole = inertia + np.diag(acting.armature + acting.gain[0])
+        change = solved(whole, right + drive.force[0])
+        pull = drive.force[0] - acting.gain[0] * change
+        if np.count_nonzero(np.abs(pull) > drive.limit):
+            matrix = heavier(inertia[None], acting.armature[None])
+            both = driven(matrix, right[None], drive, acting.gain)
+            change, pull = both[0][0], both[1][0]
+        given: Floats = outer + pull - acting.armature * change
+        return given
+
+
+LEAP = 0.2
+"""Time in the air for which the motors go on [s]: a leap, no free flight."""
+
+
+class StandingMotors:
+    """Velocity motors of all joints of one robot, active while its feet are in contact.
+
+    Args:
+        engine: the robot in the engine.
+        joints: number of joints.
+
+    Attributes:
+        running: whether the motors are on.
+        forces: of the motors over the last step [N m or N], shape (J,).
+    """
+
+    def __init__(self, engine: EngineBody, joints: int) -> None:
+        self._engine = engine
+        self._none = np.zeros(joints)
+        self.running, self.forces = False, self._none
+        self._idle = 0.0
+
+    def wanted(self, touching: bool, step: float) -> bool:
+        """Return whether the motors are active: with feet in contact, and in short flight phases.
+
+        Args:
+            touching: whether a foot touched something in the last step.
+            step: h [s].
+        """
+        self._idle = 0.0 if touching else self._idle + step
+        return touching or (self.running and self._idle < LEAP)
+
+    def drive(self, dynamics: Dynamics, step: float) -> None:
+        """Set the motors of the next step from the joint drive.
+
+        Equation:
+            f the drive's force; largest force of the motor min(|f|, limit), its speed
+            v + f / (kd + h kp), not beyond the largest speed of the joint.
+
+        Args:
+            dynamics: of the robot at the current time; with a joint drive.
+            step: h [s].
+        """
+        self.set(*self.targets(dynamics, step))
+
+    def targets(self, dynamics: Dynamics, step: float) -> tuple[Array, Array]:
+        """Return speeds [rad/s or m/s] and largest forces [N m or N], shape (J,); pure."""
+        drive = dynamics.joint_drive
+        assert drive is not None
+        xp = namespace(drive.force)
+        rates = dynamics.moving.speed[0, -drive.force.shape[1] :]
+        force, fastest = drive.force[0], self._engine.joint_speed_limit
+        slope = xp.maximum(drive.damping + step * drive.stiffness, 1e-12)
+        speed = (rates + force / slope).reshape(-1)
+        speed = xp.minimum(xp.maximum(speed, -fastest), fastest)
+        return speed, xp.minimum(xp.abs(force), drive.limit).reshape(-1)
+
+    def set(self, speed: Floats, force: Floats) -> None:
+        """Set the motors of the next step, see `targets`."""
+        self._engine.set_motors(speed, force)
+        self.running = True
+
+    def measure(self) -> None:
+        """Record the motor forces after a step."""
+        if self.running:
+            self.forces = self._engine.motor_forces()
+
+    def rest(self) -> None:
+        """Switch the motors off."""
+        if self.running:
+            self._engine.set_motors(self._none, self._none)
+            self.running, self.forces = False, self._none
+
+    def snapshot(self) -> Any:
+        """Return whether the motors are active, and their forces."""
+        return self.running, self.forces, self._idle
+
+    def restore(self, kept: Any) -> None:
+        """Restore a snapshot; the engine's motors are set before the next step."""
+        # the engine may hold motors that ran when the snapshot was put back
+        ran, (self.running, self.forces, self._idle) = self.running, kept
+        if ran and not self.running:
+            self._engine.set_motors(self._none, self._none)
 
 
 class PredictedForces:

@@ -8,9 +8,13 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics, LinksAt
-from seals.coupling.contacts import Contacts
-from seals.coupling.engine import SolvingEngineBody, generalised, generalised_inertia
-from seals.coupling.implicit_drive import ImplicitDrive
+from seals.coupling.engine import (
+    Contacts,
+    ImplicitDrive,
+    SolvingEngineBody,
+    generalised,
+    generalised_inertia,
+)
 from seals.frames import cross_last, skew_last
 from seals.multibody.equations import Assembly, weightless
 from seals.robot.model import RobotModel

@@ -1,4 +1,4 @@
-"""Binding of effects to links: parameter arrays, link rows, check for double counting."""
+"""Binding of effects to links: parameter arrays, rows of links, check for double counting."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import copy
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class EffectSet:
 
     def having(self, hook: str) -> tuple[BoundEffect, ...]:
         """Return the effects that define a hook."""
-        return tuple(b for b in self.bound if has_hook(b.effect, hook))
+        return tuple(b for b in self.bound if _defines(cast(Any, type(b.effect)), hook))
 
     @property
     def wrenching(self) -> tuple[str, ...]:
@@ -305,3 +305,32 @@ def _row(value: Any, like: Array, links: int, batch: int) -> Array:
     if links == 1 or array.shape[0] == 1:
         return array
     return namespace(array).concat([array] * links, axis=0)
+
+
+def rows_of(links: tuple[int, ...], count: int, batch: int) -> Any:
+    """Rows of some links in link-by-link order.
+
+    None stands for all; contiguous links make a slice, and so do evenly spaced ones of one robot,
+    such as one link of every leg; others make an index array.
+    """
+    if len(links) == count:
+        return None
+    if links == tuple(range(links[0], links[0] + len(links))):
+        return slice(links[0] * batch, (links[-1] + 1) * batch)
+    apart = links[1] - links[0]
+    if batch == 1 and apart > 0 and links == tuple(range(links[0], links[-1] + 1, apart)):
+        return slice(links[0], links[-1] + 1, apart)
+    return np.concatenate([np.arange(k * batch, (k + 1) * batch) for k in links])
+
+
+def spread(velocity: Array, rows: Any, like: Array) -> Array:
+    """Return a flow on some rows as a flow on all rows of ``like``, zero elsewhere."""
+    xp = namespace(like)
+    index = np.arange(like.shape[0])
+    inside = np.zeros((like.shape[0], 1))
+    inside[index[rows]] = 1.0
+    if velocity.shape[0] == 1:
+        return velocity * xp.asarray(inside, dtype=like.dtype)
+    source = np.zeros(like.shape[0], dtype=np.int64)
+    source[index[rows]] = np.arange(velocity.shape[0])
+    return xp.take(velocity, xp.asarray(source), axis=0) * xp.asarray(inside, dtype=like.dtype)

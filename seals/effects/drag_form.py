@@ -1,14 +1,23 @@
-"""Forms of quadratic drag: where it acts on the body, and the speed in each component."""
+"""Forms of drag: where it acts on the body, the speed in each component, and candidates in logs.
+
+Candidates of a diagnosis are powers of the speed, at the centre or spread along the body.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
+from seals.effects.binding import has_hook
+from seals.effects.discrepancy import DragExponent
+from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.identification import Addition, Freed, Stage, Subject, along_axes
 from seals.hydrostatics import HullBox, HullCapsule, HullCylinder, HullSphere
 from seals.hydrostatics.wetted import Hull
 
@@ -125,3 +134,139 @@ def _gauss(count: int) -> tuple[Floats, Floats]:
     place, weight = np.polynomial.legendre.leggauss(count // 2)
     ahead, share = 0.25 * (1.0 + place), 0.25 * weight
     return np.concatenate((-ahead[::-1], ahead)), np.concatenate((share[::-1], share))
+
+
+_EXPONENT = 0.05
+"""1-sigma of the exponents of drag laws."""
+
+
+def power_law_additions(
+    law: type[Effect],
+    name: str,
+    subject: Subject,
+    *,
+    power: int,
+    share: Mapping[MediumKind, float],
+    forms: Sequence[DragForm] = (),
+) -> list[Addition]:
+    """Return the candidates: drag in each medium; its exponent has a tolerance.
+
+    Where nothing is known of the body's shape, the drag may act spread along the vehicle, or have
+    another form.
+
+    Args:
+        law: class with ``coefficient_x``, ``coefficient_y``, ``coefficient_z`` and ``medium``.
+        name: under which it is installed.
+        subject: the vehicle.
+        power: of the speed, 1 or 2.
+        share: of the weight that the drag has at 1 m/s, by medium, at most.
+        forms: tried besides where neither a stated drag nor the hull says how it acts.
+    """
+    found: list[Addition] = []
+    made: Any = law
+    for index, medium in enumerate(subject.media):
+        water = medium is MediumKind.water
+        size = share[medium] * (subject.mass * subject.environment.gravity)
+        nominal = subject.nominal(name, "coefficient", medium)
+        least = 0.25 * size if power == 1 and water else 0.3 * size
+        scale = np.maximum(0.5 * nominal, least)
+        drawn = subject.spread("drag_coefficient") * nominal
+        coefficients = along_axes("coefficient", drawn, scale, low=-nominal)
+        order = (Stage.flow, index, power - 1)
+        options = law.options_on(subject.robot, subject.effects, medium)
+        effect = made(medium=medium, **options)
+        squares = effect.constants().get("squares")
+        beside = _fitted_spread(subject) if squares is None else {}
+        found.append(
+            Addition(
+                instance=f"{name}_{medium.value}_change",
+                effect=effect,
+                parameters={**coefficients, **beside},
+                nuisance=tuple(beside),
+                variant={"medium": int(water)},
+                order=order,
+            )
+        )
+        if squares is None and not nominal.any():
+            usual = replace(found[-1], parameters=coefficients, nuisance=())
+            found += [_in_form(usual, f, made(medium=medium, form=f)) for f in forms]
+        if nominal.any():
+            shape = DragExponent(
+                power=power,
+                coefficients=tuple(nominal),
+                speeds=tuple(subject.speeds),
+                medium=medium,
+                squares=squares,
+            )
+            # tolerance of the exponent of a stated drag; no candidate
+            found.append(
+                Addition(
+                    instance=f"{name}_{medium.value}_shape",
+                    effect=shape,
+                    parameters={"exponent": Freed(tolerance=_EXPONENT, scale=0.1)},
+                    named=(),
+                    order=order,
+                )
+            )
+    return found
+
+
+def _in_form(usual: Addition, form: DragForm, effect: Effect) -> Addition:
+    """Return a candidate in another form of its law."""
+    instance = usual.instance.removesuffix("change") + form.value
+    return replace(usual, instance=instance, effect=effect, law=form.value)
+
+
+DRAWING: dict[str, Any] = {
+    "bounds": (0.0, 1e3),
+    "tolerance": 0.0,
+    "source": "the body's drawing",
+    "fit": False,
+    "later": True,
+}
+"""Declaration of a size of the body that no fit moves by itself: spread, extent."""
+OTHERS = 1.0 - np.eye(3)[None]
+"""Sums over the other two axes of each."""
+_NAMES = tuple(f"spread_{axis}" for axis in "xyz")
+_PLAUSIBLE = 0.1
+"""Spread of a drag of which nothing is known, of the vehicle's length squared: a rod has 1/12."""
+
+
+def states_spread(drag: Effect) -> bool:
+    """Return whether a drag states a spread."""
+    return any(getattr(drag, name) for name in _NAMES)
+
+
+def is_spread(drag: Effect) -> bool:
+    """Return whether a drag acts spread, or may: as a candidate or a found correction."""
+    return drag.correction or states_spread(drag)
+
+
+def turning_slope(slope: Array, params: Parameters) -> Array:
+    """Return torque over angular velocity [N m s/rad], shape (N, 3).
+
+    Args:
+        slope: dF_i / dv_i of the whole drag, negative [N s/m], shape (N, 3).
+        params: of the drag, with ``spread`` and `OTHERS` as ``others``.
+    """
+    xp, spread, others = namespace(slope), params["spread"], params["others"][0]
+    product = xp.matmul(slope, others) * xp.matmul(spread, others)
+    return product - xp.matmul(slope * spread, others)
+
+
+def _fitted_spread(subject: Subject) -> dict[str, Freed]:
+    """Return the parameters of a drag of unknown shape that are fitted beside its coefficients.
+
+    A drag acts on the body, or at the drives: what a rotor loses with the speed of the air through
+    it brakes the rotation, too, and that is no effect of its own.
+    """
+    sizes = np.full(3, _PLAUSIBLE * subject.length**2)
+    drives = [e for e in subject.effects.values() if has_hook(e, "drives")]
+    if drives:
+        at = (np.reshape(e.position, (-1, 3)) for e in drives)  # type: ignore[attr-defined]
+        places = np.concatenate(list(at))
+        sizes = np.maximum(sizes, np.square(places).mean(axis=0))
+    return {
+        name: Freed(scale=float(size), bounds=DRAWING["bounds"])
+        for name, size in zip(_NAMES, sizes, strict=True)
+    }

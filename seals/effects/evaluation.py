@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats, fixed, namespace
-from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.binding import BoundEffect, EffectSet, rows_of, spread
 from seals.effects.effect import MediumKind
-from seals.effects.hooks import ARGUMENTS, Pick, names_any, pick_of
+from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
-from seals.effects.rows import rows_of, spread
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
@@ -32,7 +31,7 @@ from seals.motion import (
     Motion,
     Wrench,
 )
-from seals.multibody.rows import picked, take, take_motion
+from seals.multibody.kinematics import picked, take, take_motion
 
 Memory = Mapping[str, Array]
 
@@ -104,8 +103,9 @@ class Evaluator:
         self._keys = {b.name: kinds.index((b.links, b.kind)) for b in effects.bound}
         self._batch = batch
         self._joint_rows = rows_of(joint_links, links, batch) if joint_links else slice(0, 0)
+        # arguments of a hook, and whether it declares those that are costly to compute
         self._picks = {
-            (b.name, hook): _Call(pick_of(b.effect, hook), names_any(b.effect, hook, wanted))
+            (b.name, hook): (pick_of(b.effect, hook), names_any(b.effect, hook, wanted))
             for hook, wanted in _DEAR.items()
             for b in effects.having(hook)
         }
@@ -140,7 +140,7 @@ class Evaluator:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
         loads, joint_loads = [], []
-        dry = bool(self._drying) and is_dry(sample)
+        dry = bool(self._drying) and _is_dry(sample)
         inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.inertia_changes:
@@ -165,10 +165,10 @@ class Evaluator:
             (b, b.hooks.joint_drive(joints, inputs, b.params)) for b in self.effects.joint_drives
         ]
         for b in self.effects.joint_others if self.implicit else self.effects.joint_loads:
-            wanted = self._picks[b.name, "joint_loads"]
-            beside = self._at_joints(b, motion, sample, seen) if wanted.dear else (None, None)
+            pick, dear = self._picks[b.name, "joint_loads"]
+            beside = self._at_joints(b, motion, sample, seen) if dear else (None, None)
             given = (*beside, joints, inputs, memory.get(b.name), b.params)
-            force, kept = b.hooks.joint_loads(*wanted.pick(given))
+            force, kept = b.hooks.joint_loads(*pick(given))
             _check_joint_force(b, force, joints, self._batch)
             joint_loads.append((b, force))
             _keep(new, b, kept)
@@ -301,11 +301,11 @@ class Evaluator:
 
     def _given(self, b: BoundEffect, hook: str, given: tuple[Any, ...]) -> tuple[Any, ...]:
         """Arguments of a hook on links; joint states are repeated for every link of the effect."""
-        wanted = self._picks[b.name, hook]
-        if wanted.dear and len(b.links) > 1:
+        pick, dear = self._picks[b.name, hook]
+        if dear and len(b.links) > 1:
             at = _JOINTS[hook]
             given = (*given[:at], _repeated(given[at], len(b.links)), *given[at + 1 :])
-        return wanted.pick(given)
+        return pick(given)
 
     def _at_joints(
         self, b: BoundEffect, motion: Motion, sample: Sample, seen: dict[Any, Any]
@@ -354,13 +354,6 @@ def _check_joint_force(b: BoundEffect, force: Array, joints: Joints, batch: int)
         )
 
 
-class _Call(NamedTuple):
-    """Arguments of one hook, and whether it declares those that are costly to compute."""
-
-    pick: Pick
-    dear: bool
-
-
 _DEAR = {
     "flow": ("joints",),
     "inertia": ("joints",),
@@ -385,7 +378,7 @@ def vanishes_dry(b: BoundEffect) -> bool:
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
-def is_dry(sample: Sample) -> bool:
+def _is_dry(sample: Sample) -> bool:
     """Return true if nothing is submerged."""
     return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 

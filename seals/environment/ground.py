@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.frames import matrix_of, quaternion_of_rpy
 
 THICKNESS = 0.5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -37,13 +37,14 @@ class HullsAlike:
             rows = [row for row, _ in own]
             self._forms.append((np.array(rows), [part for _, part in own]))
             links += rows
+        # row of a hull: k_l at the columns of its parts, zero elsewhere
         self._gather = 1.0 * (np.arange(len(hulls))[:, None] == np.array(links))
         self._shift = np.zeros((3, len(hulls)))
         for row, hull in enumerate(hulls):
             if isinstance(hull, HullCompound):
                 self._gather[row] *= hull.scale
                 self._shift[:, row] = hull.shift
-        self._kept: dict[Any, _Kept] = {}
+        self._kept: dict[Any, tuple[Array, Array | None, list[HullPlaced]]] = {}
 
     @staticmethod
     def fits(hull: Hull) -> bool:
@@ -59,45 +60,39 @@ class HullsAlike:
             up: unit normals of the surface, link axes, shape (L, B, 3).
             level: heights above the link origins along the normals [m], shape (L, B).
         """
-        xp, kept = namespace(level), self._on(level)
-        found = []
-        for (rows, _), hull in zip(self._forms, kept.hulls, strict=True):
+        xp, found = namespace(level), []
+        gather, shift, forms = self._on(level)
+        for (rows, _), hull in zip(self._forms, forms, strict=True):
             places = index_on(rows, level)
             own, height = xp.take(up, places, axis=0), xp.take(level, places, axis=0)
             sums = hull.sums(xp, own[:, :, 0], own[:, :, 1], own[:, :, 2], height)
             found.append(xp.stack(sums))
-        total = xp.matmul(kept.gather, xp.concat(found, axis=1))
-        if kept.shift is None:
+        total = xp.matmul(gather, xp.concat(found, axis=1))
+        if shift is None:
             return total
-        moved = total[1:4] + kept.shift * total[:1]
+        # sum v (x + shift) = sum v x + V shift; the waterplane stays where it is
+        moved = total[1:4] + shift * total[:1]
         return xp.concat((total[:1], moved, total[4:]), axis=0)
 
-    def _on(self, like: Array) -> _Kept:
-        """Return the constants as arrays, made once for every device."""
+    def _on(self, like: Array) -> tuple[Array, Array | None, list[HullPlaced]]:
+        """Sums of parts by hull, shifts, and primitives with columns, made once for a device."""
         key = like.dtype, like.device
         if key not in self._kept:
             shift = as_like(self._shift[:, :, None], like) if self._shift.any() else None
-            hulls = [stacked(parts, like) for _, parts in self._forms]
-            self._kept[key] = _Kept(as_like(self._gather, like), shift, hulls)
+            hulls = [_stacked(parts, like) for _, parts in self._forms]
+            self._kept[key] = as_like(self._gather, like), shift, hulls
         return self._kept[key]
-
-
-class _Kept(NamedTuple):
-    """Constants on one device: sums of the parts by hull, shifts, primitives with columns."""
-
-    gather: Array
-    shift: Array | None
-    hulls: list[HullPlaced]
 
 
 def _parts(hull: Hull) -> tuple[Hull, ...]:
     return hull.parts if isinstance(hull, HullCompound) else (hull,)
 
 
-def stacked(hulls: Sequence[HullPlaced], like: Array) -> HullPlaced:
+def _stacked(hulls: Sequence[HullPlaced], like: Array) -> HullPlaced:
     """Return primitives of one form as one whose sizes and places are columns, shape (P, 1)."""
     many = copy.copy(hulls[0])
     for name, value in vars(hulls[0]).items():
+        # names with an underscore hold what follows from these, and no form reads it
         if isinstance(value, NUMBERS) and not name.startswith("_"):
             vars(many)[name] = _columns([vars(hull)[name] for hull in hulls], like)
     return many

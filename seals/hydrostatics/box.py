@@ -43,12 +43,15 @@ def _wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per st
     y2 = xp.maximum(xp.minimum(q * (b * per_a), one), zero)
     d, middle = y2 - y1, 0.5 * (y1 + y2) - 0.5
     line = d * per_b
+    # on the ramp from y1 to y2 the wetted length is linear, h = mean - ratio (y - middle)
     mean = q - ratio * (middle + 0.5)
+    # -int (y - middle) h dy = d skew
     skew = d * d * (ratio * (1.0 / 12.0))
     strip = d * mean
     return Slice(
         y1 + strip,
         0.5 * y1 * (y1 - 1.0) + d * (middle * mean - skew),
+        # int (h^2 - h) / 2 over the ramp; where all is wet, h = 1, it vanishes
         0.5 * (d * (mean * mean + ratio * skew) - strip),
         line,
         line * middle,
@@ -130,12 +133,15 @@ def _wet_box(
     heights = [xp.abs(span) for span in spans]
     least = (heights[0] + heights[1] + heights[2]) * LEAST_WIDTH
     wx, wy, wz = (xp.maximum(height, least) for height in heights)
+    # the slice's form holds for a <= b: y and z are exchanged, and its moments back below
     a, b = xp.minimum(wy, wz), xp.maximum(wy, wz)
     top = depth + 0.5 * (wx + a + b)
     full, sums = _gauss_sums(xp, top, wx, a, b)
     share, x, y, z, area, area_x, area_y, area_z = sums
+    # whole slices from 0 to `full`: int (x - 1/2) dx
     share, x = share + full, x + 0.5 * full * (full - 1.0)
     swap = wy > wz
+    # below one for an edge flatter than the least: its lever vanishes with it
     signs = [span / width for span, width in zip(spans, (wx, wy, wz), strict=True)]
     along = (x, xp.where(swap, z, y), xp.where(swap, y, z))
     flat = (area_x, xp.where(swap, area_z, area_y), xp.where(swap, area_y, area_z))
@@ -157,6 +163,7 @@ def _gauss_sums(
         xp.maximum(xp.minimum(offset / wx, one), zero)
         for offset in (top - (a + b), top - b, top - a, top)
     ]
+    # between knots a slice is a quadratic in x, its moment a cubic: two Gauss points are exact
     places, weights = [], []
     for low, high in itertools.pairwise(knots):
         length, middle = high - low, 0.5 * (low + high)

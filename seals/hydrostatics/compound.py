@@ -94,6 +94,7 @@ class HullCompound:
             return self._full
         ux, uy, uz = up
         lx, ly, lz = self.lift.tolist()
+        # parts moved by `lift` see the surface lower by its share along the normal
         below = float(level - (ux * lx + uy * ly + uz * lz))
         volume = area = 0.0
         moment, area_moment = np.zeros(3), np.zeros(3)
@@ -105,6 +106,7 @@ class HullCompound:
             area_moment += wet.waterplane_area * wet.waterplane_centroid
         if volume <= 0.0:
             return DRY
+        # `shift` moves the centroid alone, not the waterline: see the limitations
         centroid = moment / volume + self.shift + self.lift
         flat = area_moment / area + self.lift if area > 0.0 else ZERO
         return Wetted(volume * self.scale, centroid, area * self.scale, flat)

@@ -122,6 +122,7 @@ def _share(hull: Hull, up: Floats) -> float:
     touching, reach = TOUCHED * hull.volume, (-hull.reach, hull.reach)
     low, top = (_first(hull, way, lambda v, _: v > touching, reach) for way in (up, -up))
     height = -low - top
+    # s' of `entry_shares`: half of the widest waterplane, but not above the depth of a sphere
     widest = float(_cuts(hull, up, np.linspace(low, low + height, LEVELS))[1].max())
     half = _first(hull, up, lambda _, area: area >= 0.5 * widest, (low, low + height))
     radius = min(math.sqrt(widest / math.pi), 0.5 * height)
@@ -139,6 +140,7 @@ def _first(
     """Return the lowest of some levels at which a test of volume and waterplane area holds [m]."""
     low, high = between
     for _ in range(ROUNDS):
+        # each round narrows the interval by LEVELS - 1
         levels = np.linspace(low, high, LEVELS)
         k = int(np.argmax(test(*_cuts(hull, up, levels))))
         low, high = float(levels[max(k - 1, 0)]), float(levels[k])

@@ -94,6 +94,7 @@ class HullFused:
         total = np.zeros((3, 3))
         for part, share, arm in zip(self.parts, self._shares, self._arms, strict=True):
             radius = (0.75 * part.hull.volume / math.pi) ** (1.0 / 3.0)
+            # Steiner, with a ball of the part's volume: r^2 / 5 along every axis
             total += share * (np.outer(arm, arm) + 0.2 * radius**2 * np.eye(3))
         return total
 
@@ -108,6 +109,7 @@ class HullFused:
         dry, wet = np.full(len(ups), -self.reach), np.full(len(ups), self.reach)
         for _ in range(HALVINGS):
             middle = 0.5 * (dry + wet)
+            # the volume below a level never falls with the level: bisection
             empty = self.cut(ups, middle[:, None])[:, 0, 0] <= least
             dry, wet = np.where(empty, middle, dry), np.where(empty, wet, middle)
         return dry
@@ -126,6 +128,7 @@ class HullFused:
                 moment = np.stack(sums[first + 1 : first + 4], axis=-1)
                 total[:, first] += size
                 total[:, first + 1 : first + 4] += (
+                    # int x dV = R int x' dV + p V, x = R x' + p
                     moment @ part.rotation.T + np.asarray(size)[:, None] * part.origin
                 )
         return total.reshape(count, depth, 8)

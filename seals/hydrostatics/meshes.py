@@ -200,6 +200,7 @@ def _fault(faces: Numbers) -> str | None:
     most = int(faces.max()) + 1
     forward = np.sort(edges[:, 0] * most + edges[:, 1])
     backward = np.sort(edges[:, 1] * most + edges[:, 0])
+    # closed and wound alike: each edge a -> b has its b -> a in the next face
     if np.array_equal(forward, backward):
         return None
     low, high = edges.min(axis=1), edges.max(axis=1)

@@ -111,6 +111,7 @@ class OctahedralTable:
         """Return interpolated volume, area and first moments, columns (N,)."""
         rows, bounds = self.tables(xp, level)
         (px, py, pz), stretch = self._centre, self._stretch
+        # depth is measured from the centroid, about which the table was stretched
         level = level - (ux * px + uy * py + uz * pz)
         wx, wy, wz = (ux * a + uy * b + uz * c for a, b, c in stretch)
         norm = xp.sqrt(wx * wx + wy * wy + wz * wz)
@@ -194,6 +195,7 @@ def _hermite(row: Column, after: Column, f: Column, step: Column, inside: Column
     """Interpolate between two depths; ``step`` [m] is the cell's height there."""
     g = 1.0 - f
     fg = f * g
+    # cubic Hermite: f^2 (3 - 2 f) of the rise, f (1 - f)^2 and -f^2 (1 - f) of the slopes
     rising, left, right = f * f * (1.0 + 2.0 * g), fg * g, fg * f
     rate = inside / step
     steep, first, last = 6.0 * fg * rate, g * (g - 2.0 * f) * rate, f * (f - 2.0 * g) * rate

@@ -107,6 +107,7 @@ class HullPlaced(ABC):
     @property
     def plan_area(self) -> float:
         """Largest horizontal section with the body upright [m^2]: the one through the centre."""
+        # of a centrally symmetric convex body (Brunn's theorem)
         return float(self.sums(FLOATS, 0.0, 0.0, 1.0, self.position[2]).area)
 
     def wetted(self, up: Sequence[float] | Vector, level: float) -> Wetted:

@@ -117,6 +117,7 @@ class HullSamples:
         depth = level - self.points @ np.asarray(up, dtype=np.float64)
         share = depth / self.size + 0.5
         wet = np.minimum(np.maximum(share, 0.0), 1.0)
+        # the slope of the clip, 1 / d, where a sample is being cut
         band = ((share > 0.0) & (share < 1.0)).astype(np.float64)
         line = self.each / self.size
         mx, my, mz = (wet @ self.points * self.each).tolist()
@@ -155,6 +156,7 @@ def winding_test(corners: Vector) -> Inside:
         corners: of the faces [m], shape (F, 3, 3).
     """
     middle = corners.reshape(-1, 3).mean(axis=0)
+    # about the middle of the mesh, so that squares of distances lose no digits to its place
     turn = _Winding(corners - middle)
     step = max(1, _PAIRS // len(corners))
 
@@ -190,5 +192,6 @@ class _Winding:
         below = la * lb * lc
         for u, v, length in ((a, b, lc), (b, c, la), (c, a, lb)):
             below += dot(u, v) * length
+        # tan(angle / 2) = a . (b x c) / (abc + (a . b) c + (b . c) a + (c . a) b), from the point
         triple = self.triple - points @ self.normal.T
         return np.asarray(np.arctan2(triple, below).sum(axis=1) / (2.0 * np.pi))

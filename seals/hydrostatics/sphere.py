@@ -41,8 +41,10 @@ class HullSphere(HullPlaced):
         radius = self.radius
         edge = level * 0.0 + radius
         depth = level - (ux * px + uy * py + uz * pz)
+        # wholly dry or wholly wet beyond
         depth = xp.maximum(xp.minimum(depth, edge), -edge)
         height = depth + radius
+        # cap of height h = r + d: 3 r - h = 2 r - d, and r^2 - d^2 = h (r - d)
         volume = (math.pi / 3.0) * height * height * (2.0 * radius - depth)
         area = math.pi * height * (radius - depth)
         along = area * area * (-0.25 / math.pi)

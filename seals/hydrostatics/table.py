@@ -1,18 +1,96 @@
-"""Hydrostatics of many poses at once for batch dynamics, on any array library and device."""
+"""Hydrostatics of many poses at once for batch dynamics, on any array library and device.
+
+Tables are kept in a cache, shared by hulls of equal shape.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+import weakref
+from collections import deque
+from collections.abc import Callable, Mapping
 from typing import Any, cast
 
+import numpy as np
 from array_api_compat import array_namespace
 
 from seals.errors import RobotError
 from seals.hydrostatics.compound import HullCompound
-from seals.hydrostatics.octahedron import Cuttable
+from seals.hydrostatics.octahedron import Cuttable, OctahedralTable
 from seals.hydrostatics.placed import HullPlaced
-from seals.hydrostatics.sharing import TABLES, shared_table
 from seals.hydrostatics.wetted import EMPTY_SHARE, Column, Hull, Sums
+
+RECENT = 4
+"""Tables kept though no hull uses them: building one takes seconds, and it holds up to 70 MB."""
+
+TABLES = "_hull_tables"
+"""Attribute in which a hull keeps its own tables; no part of its shape."""
+
+_SHARED: weakref.WeakValueDictionary[tuple[str, int, int], OctahedralTable]
+_SHARED = weakref.WeakValueDictionary()
+_RECENT: deque[OctahedralTable] = deque(maxlen=RECENT)
+
+
+def _shared_table(hull: Cuttable, *, cells: int, depths: int) -> OctahedralTable:
+    """Return the table of a hull, built only if no hull of the same numbers has one.
+
+    Args:
+        hull: what to tabulate.
+        cells: cells along an octahedron edge.
+        depths: depth cells.
+    """
+    try:
+        key = (shape_digest(hull), cells, depths)
+    except TypeError:
+        return OctahedralTable(hull, cells=cells, depths=depths)
+    table = _SHARED.get(key)
+    if table is None:
+        table = _SHARED[key] = OctahedralTable(hull, cells=cells, depths=depths)
+    if table in _RECENT:
+        _RECENT.remove(table)
+    _RECENT.append(table)
+    return table
+
+
+def shape_digest(hull: object) -> str:
+    """Return a digest of all numbers of a hull, equal for equal shapes.
+
+    Raises:
+        TypeError: the hull holds something that is neither number, text, array nor a nest of
+            these, such as a function; then nobody can say whether another one is its equal.
+
+    Example:
+        >>> from seals.hydrostatics import HullSphere
+        >>> one, same, other = (HullSphere(radius=r) for r in (0.1, 0.1, 0.2))
+        >>> shape_digest(one) == shape_digest(same), shape_digest(one) == shape_digest(other)
+        (True, False)
+    """
+    digest = hashlib.sha256()
+    _add(digest, hull)
+    return digest.hexdigest()
+
+
+def _add(digest: Any, value: object) -> None:
+    """Add a value with its type to a digest, so that different values never collide."""
+    digest.update(f"{type(value).__module__}.{type(value).__qualname__};".encode())
+    if value is None or isinstance(value, bool | int | float | str | np.generic):
+        digest.update(f"{value!r};".encode())
+    elif isinstance(value, np.ndarray) and value.dtype != object:
+        digest.update(f"{value.dtype.str}{value.shape};".encode())
+        digest.update(np.ascontiguousarray(value).tobytes())
+    elif isinstance(value, tuple | list):
+        digest.update(f"{len(value)};".encode())
+        for part in value:
+            _add(digest, part)
+    elif isinstance(value, Mapping):
+        _add(digest, sorted(value.items()))
+    elif (
+        type(value).__module__ != "builtins" and hasattr(value, "__dict__") and not callable(value)
+    ):
+        _add(digest, {name: x for name, x in vars(value).items() if name != TABLES})
+    else:
+        raise TypeError(f"a {type(value).__name__} has no digest")
+
 
 Law = Callable[[Any, Column, Column, Column, Column], Sums]
 RESOLUTION = ((150, 40, 32), (800, 32, 24), (3000, 24, 24))
@@ -99,6 +177,7 @@ def centred(xp: Any, sums: Sums, whole: Any) -> tuple[Any, Any, Any, Any]:
     volume, mx, my, mz, area, ax, ay, az = sums
     least, little = EMPTY_SHARE * whole, EMPTY_SHARE * whole ** (2.0 / 3.0)
     wet = xp.astype(volume > least, volume.dtype)
+    # nothing is divided by nothing: dry rows have share zero
     share = wet / xp.maximum(volume, 0.0 * volume + least)
     flat = wet * xp.astype(area > little, volume.dtype)
     part = flat / xp.maximum(area, 0.0 * volume + little)
@@ -125,7 +204,7 @@ def _law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> 
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]
     own = body.resolution or fits[0]
-    return shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
+    return _shared_table(body, cells=cells or own[0], depths=depths or own[1]).sums
 
 
 def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:
@@ -135,6 +214,7 @@ def _compound_law(hull: HullCompound, laws: list[Law]) -> Law:
     k = hull.scale
 
     def law(xp: Any, ux: Column, uy: Column, uz: Column, level: Column) -> Sums:
+        # `HullCompound.wetted` over a batch
         below = level - (ux * lx + uy * ly + uz * lz)
         parts = [part(xp, ux, uy, uz, below) for part in laws]
         v, mx, my, mz, a, ax, ay, az = (sum(c[1:], c[0]) * k for c in zip(*parts, strict=True))

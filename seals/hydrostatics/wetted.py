@@ -117,7 +117,7 @@ def wetted_of(sums: Sums, whole: float) -> Wetted:
     return Wetted(volume, centroid, area, np.array((ax / area, ay / area, az / area)))
 
 
-class FloatSpace:
+class _FloatSpace:
     """The few array functions that the closed forms use, for Python floats.
 
     A closed form is written once against this vocabulary; it then runs on one float (fast, in the
@@ -137,10 +137,11 @@ class FloatSpace:
         return this if condition else other
 
 
-FLOATS = FloatSpace()
+FLOATS = _FloatSpace()
 
 
 def unit_up(up: Sequence[float] | Vector) -> tuple[float, float, float]:
     """Return the surface normal as three Python floats, which are faster than array scalars."""
+    # Python's own arithmetic on NumPy scalars would take several times as long
     x, y, z = up.tolist() if isinstance(up, np.ndarray) else up
     return x, y, z

@@ -18,8 +18,7 @@ from seals.learn.policy import Policy
 from seals.learn.task import Task
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
 from seals.view.films.application import Shooting, photographer_of, shooting_of
-from seals.view.films.files import Frames
-from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.files import Frames, refuse_missing, write_film
 from seals.view.films.settings import RenderSettings
 from seals.view.films.viewpoint import Way
 from seals.view.replay import Replay, Track, continuous

@@ -1,7 +1,12 @@
-"""Metadata files (card.json) of policies and demonstrations, read as untrusted input."""
+"""Metadata files (card.json) of policies and demonstrations, read as untrusted input.
+
+A card holds a hash of the part of the configuration that defines world and task.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+import enum
 import hashlib
 import json
 from collections.abc import Mapping
@@ -9,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
+from seals.schema import later_defaults
 from seals.untrusted_io import read_file
 
 CARD = "card.json"
@@ -40,8 +46,16 @@ def read_metadata(folder: Path, *, form: str, key: str) -> dict[str, Any]:
         raise ConfigError(f"{key}={folder}: there is no {CARD}.\n{advice}")
     if path.stat().st_size > _MOST_BYTES:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {_MOST_BYTES}")
-    metadata = read_file(dict[str, Any], path, remedy="It must be JSON.")
-    return check_metadata(metadata, form=form, where=str(path))
+    metadata: dict[str, Any] = read_file(dict[str, Any], path, remedy="It must be JSON.")
+    if metadata.get("format") != form:
+        given = metadata.get("format")
+        raise ConfigError(f"{path} is of the format {given!r}.\nAllowed here: '{form}'")
+    if metadata.get("version") != 1:
+        raise ConfigError(
+            f"{path} is of version {metadata.get('version')!r}.\n"
+            "This program reads version 1: update."
+        )
+    return metadata
 
 
 def refuse_other(folder: Path, *, form: str, key: str) -> None:
@@ -65,23 +79,6 @@ def refuse_other(folder: Path, *, form: str, key: str) -> None:
         ) from None
 
 
-def check_metadata(metadata: Any, *, form: str, where: str) -> dict[str, Any]:
-    """Return metadata checked against its format.
-
-    Raises:
-        ConfigError: it is none.
-    """
-    if not isinstance(metadata, dict) or metadata.get("format") != form:
-        given = metadata.get("format") if isinstance(metadata, dict) else type(metadata).__name__
-        raise ConfigError(f"{where} is of the format {given!r}.\nAllowed here: '{form}'")
-    if metadata.get("version") != 1:
-        raise ConfigError(
-            f"{where} is of version {metadata.get('version')!r}.\n"
-            "This program reads version 1: update."
-        )
-    return metadata
-
-
 def config_hash(config: Mapping[str, Any]) -> str:
     """Return a short hash of a configuration, independent of the order of its keys.
 
@@ -91,3 +88,62 @@ def config_hash(config: Mapping[str, Any]) -> str:
     """
     text = json.dumps(config, sort_keys=True, separators=(",", ":"), default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+FREE = (
+    *("name", "seed", "repeat", "resume", "checkpoint", "force", "viewer", "surface", "particles"),
+    *("hide", "live"),
+)
+"""Keys of a run that leave its world as it is."""
+
+SEEN = ("frames", "ball")
+"""Keys that mean nothing to a robot without cameras."""
+
+
+FREE_OF_BACKEND = ("fused", "compiled")
+"""Keys of a backend that leave the world as it is."""
+_LEG: dict[str, Any] = {"stance": []}
+"""What the settings of a leg got later."""
+
+
+def world_config(config: Any) -> dict[str, Any]:
+    """Return the world and task of a composed configuration as plain values.
+
+    Args:
+        config: composed from any root of learning; keys of the verb itself are left out.
+    """
+    from omegaconf import OmegaConf
+
+    from seals.learn.settings import LearnSettings
+
+    shared = {field.name for field in dataclasses.fields(LearnSettings)} - set(FREE)
+    kept: Any = OmegaConf.masked_copy(config, [key for key in config if key in shared])
+    plain: Any = OmegaConf.to_container(kept, resolve=True, enum_to_str=True)
+    # a camera is what has a field of view
+    if not any("fov" in (sensor or {}) for sensor in plain.get("sensors", {}).values()):
+        plain = {key: value for key, value in plain.items() if key not in SEEN}
+    plain["backend"] = {k: v for k, v in plain["backend"].items() if k not in FREE_OF_BACKEND}
+    return {str(key): _placeless(value) for key, value in plain.items()}
+
+
+def _placeless(value: Any) -> Any:
+    """Drop the path of the robot's folder, which differs between machines, and later fields."""
+    if isinstance(value, dict):
+        neutral = _later(value.get("_target_")) or (_LEG if "toe" in value else {})
+        kept = {k: v for k, v in value.items() if k != "folder"}
+        return {k: _placeless(v) for k, v in kept.items() if k not in neutral or v != neutral[k]}
+    return value
+
+
+def _later(target: str | None) -> dict[str, Any]:
+    """Return the plain defaults of the fields that a plug-in's class got later, by name."""
+    from hydra.utils import get_object
+
+    cls = None if target is None else get_object(target)
+    found = later_defaults(cls) if isinstance(cls, type) and dataclasses.is_dataclass(cls) else {}
+    return {name: v.name if isinstance(v, enum.Enum) else v for name, v in found.items()}
+
+
+def world_hash(config: Any) -> str:
+    """Return a hash of world and task, equal in training, evaluation and recording."""
+    return config_hash(world_config(config))

@@ -1,6 +1,12 @@
-"""Checks of single columns: missing, infinite, constant, repeated and clipped samples."""
+"""Checks of single columns: missing, infinite, constant, repeated, clipped, filled, in what unit.
+
+Interpolated samples are straight lines in all noisy channels; a wrong unit or sign of gravity shows
+in the magnitude.
+"""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +16,227 @@ from seals.errors import nearest
 from seals.logs.channels import CHANNELS, stem_of
 from seals.logs.finding import LARGEST, Finding, Severity
 from seals.logs.log import Log
+from seals.logs.units import STANDARD_GRAVITY
+
+_WINDOW = 0.25
+_QUIET_SHARE = 0.05
+_LONG_ENOUGH = 1.0
+_FASTEST = 40.0
+_FASTEST_ROTOR = 5000.0
+_LIMITS = {"pitch": math.pi / 2, "roll": math.pi, "joint_position": 4 * math.pi}
+_REST_UNITS = {"g": 1.0, "mg": 1000.0, "cm/s^2": 100.0 * STANDARD_GRAVITY}
+
+
+def check_units(log: Log) -> list[Finding]:
+    """Return the findings about units and about gravity's sign in the accelerometer."""
+    return [*_accelerometer(log), *_rates(log), *_angles(log)]
+
+
+def _quiet_forces(log: Log) -> tuple[Floats, float]:
+    """Return the mean specific force in windows in which it hardly changes.
+
+    Returns:
+        the means, shape (windows, 3), in the unit of the log, and the length of one window [s].
+    """
+    force = log.channel("specific_force")
+    # an axis that is not there counts as zero, a row without a sample does not count
+    force = np.where(np.isnan(force).all(axis=0), 0.0, force)
+    sampled = np.isfinite(force).all(axis=1)
+    means, length = [], 0.0
+    for segment in np.unique(log.segment):
+        rows = np.flatnonzero((log.segment == segment) & sampled)
+        if rows.size < 2:
+            continue
+        step = float(np.median(np.diff(log.time[rows])))
+        if not step > 0.0:
+            continue
+        # rows of one channel may be closer than those of the log
+        width = max(10, round(_WINDOW / max(step, _WINDOW / rows.size)))
+        count = rows.size // width
+        parts = force[rows[: count * width]].reshape(count, width, 3)
+        mean, scatter = parts.mean(axis=1), np.linalg.norm(parts.std(axis=1), axis=1)
+        size = np.linalg.norm(mean, axis=1)
+        means.append(mean[(scatter < _QUIET_SHARE * size) & (size > 0.0)])
+        length = max(length, width * step)
+    return (np.concatenate(means) if means else np.zeros((0, 3))), length
+
+
+def _accelerometer(log: Log) -> list[Finding]:
+    if not log.has("specific_force"):
+        return []
+    means, length = _quiet_forces(log)
+    if len(means) * length < _LONG_ENOUGH:
+        return []
+    size = float(np.median(np.linalg.norm(means, axis=1)))
+    for unit, at_rest in _REST_UNITS.items():
+        if abs(size / at_rest - 1.0) < 0.1:
+            text = (
+                f"at rest the accelerometer reads {size:.4g}: this looks like {unit}, m/s^2 is "
+                f"needed (9.81 at rest).\nConvert it, or give the reader the unit {unit}."
+            )
+            return [
+                Finding(
+                    severity=Severity.REFUSE,
+                    code="unit_acceleration",
+                    channel="specific_force",
+                    message=text,
+                    count=len(means),
+                )
+            ]
+    if not 0.8 < size / STANDARD_GRAVITY < 1.25:
+        text = f"in quiet moments the accelerometer reads {size:.4g} m/s^2; at rest it is 9.81. "
+        text += "Is gravity removed, or the unit another?"
+        return [_warn("rest_force", "specific_force", text, len(means))]
+    return _sign(log, means)
+
+
+def _sign(log: Log, means: Floats) -> list[Finding]:
+    upward = float(np.median(means[:, 2])) / STANDARD_GRAVITY
+    # with an attitude the world axis decides, in check_frames
+    if upward > -0.8 or log.has("orientation"):
+        return []
+    text = (
+        f"at rest z reads {upward * STANDARD_GRAVITY:.4g} m/s^2, +9.81 is meant: body axes with z "
+        "down (FRD), or the sign of acceleration instead of specific force.\n"
+        "Turn y and z (FRD to FLU); ignore this when the vehicle lies upside down."
+    )
+    return [_warn("frame_down", "specific_force", text, len(means))]
+
+
+def _rates(log: Log) -> list[Finding]:
+    found = []
+    if log.has("angular_velocity"):
+        size = np.abs(log.channel("angular_velocity"))
+        high = float(np.nanquantile(size, 0.995)) if np.isfinite(size).any() else 0.0
+        if high > _FASTEST:
+            text = f"the gyroscope reads up to {high:.4g} rad/s. Is it in deg/s?"
+            found.append(_warn("unit_rate", "angular_velocity", text))
+    if log.has("rotor_speed_cmd"):
+        speed = log.channel("rotor_speed_cmd")
+        high = float(np.nanmax(speed)) if np.isfinite(speed).any() else 0.0
+        if high > _FASTEST_ROTOR:
+            text = f"rotor speeds up to {high:.5g} rad/s. Are they in rpm?"
+            found.append(_warn("unit_rotor_speed", "rotor_speed_cmd", text))
+    return found
+
+
+def _angles(log: Log) -> list[Finding]:
+    found = []
+    for stem, limit in _LIMITS.items():
+        if not log.has(stem):
+            continue
+        size = np.abs(log.channel(stem))
+        high = float(np.nanmax(size)) if np.isfinite(size).any() else 0.0
+        if high > limit + 0.1:
+            text = f"angles up to {high:.4g} rad, beyond {limit:.3g}. Are they in degrees?"
+            found.append(_warn("unit_angle", stem, text))
+    return found
+
+
+def _warn(code: str, channel: str, message: str, count: int = 0) -> Finding:
+    return Finding(severity=Severity.WARN, code=code, channel=channel, message=message, count=count)
+
+
+_NOISY = ("angular_velocity", "specific_force")
+_ROUNDED = 2.5
+"""Second difference of a straight line after rounding, in steps of the rounding."""
+_MOVED = 4.0
+"""Motion of a drawn line within the shortest stretch, in steps of the rounding."""
+_SHORTEST = 0.25
+"""Straight stretch that counts [s]: a lost packet or two is no reason for words."""
+_SHARE = 0.1
+"""Share of the log in straight stretches from which a warning is due."""
+_LONG = 1.0
+"""Straight stretch from which the log is refused [s]: longer than any lost packet; what stands
+there was never measured."""
+
+
+def check_filled(log: Log) -> list[Finding]:
+    """Return the finding about periods in which all inertial channels are straight lines."""
+    names = [f"{stem}_{axis}" for stem in _NOISY for axis in "xyz"]
+    columns = [log.columns[name] for name in names if name in log.columns]
+    if len(columns) < 3 or log.rows < 50:
+        return []
+    straight = np.ones(log.rows, dtype=bool)
+    for values in columns:
+        straight &= _straight(values)
+    # the same value throughout is a frozen sensor: another check's business
+    runs = [run for run in _runs(straight) if _seconds(log, run) >= _SHORTEST]
+    runs = [part for run in runs for part in _drawn(log, columns, run)]
+    if not runs:
+        return []
+    longest = max(runs, key=lambda run: _seconds(log, run))
+    total = sum(_seconds(log, run) for run in runs)
+    span = float(log.time.max() - log.time.min())
+    if _seconds(log, longest) < _LONG and total < _SHARE * span:
+        return []
+    refused = _seconds(log, longest) >= _LONG
+    first, start = float(log.time.min()), float(log.time[longest[0]])
+    text = (
+        f"all inertial channels run in straight lines for {total:.3g} s in {len(runs)} "
+        f"stretch(es), the longest {_seconds(log, longest):.3g} s: lost samples were filled in.\n"
+        f"Keep what was measured: seals convert ... span=[{first:.4g},{start:.4g}]"
+    )
+    return [
+        Finding(
+            severity=Severity.REFUSE if refused else Severity.WARN,
+            code="filled",
+            channel="angular_velocity",
+            message=text,
+            count=len(runs),
+            where=start,
+        )
+    ]
+
+
+def _drawn(log: Log, columns: list[Floats], run: tuple[int, int]) -> list[tuple[int, int]]:
+    """Return the parts of a run in which lines were drawn: they move, and keep to their chords.
+
+    A smooth signal that is rounded coarsely has small second differences as well, at rest and in
+    motion; but at rest it moves by little more than the rounding, and in motion it leaves the
+    chord.
+    """
+    rows = max(8, round(_SHORTEST * (run[1] - run[0]) / max(_seconds(log, run), 1e-9)))
+    quanta = [_quantum(values) for values in columns]
+    drawn = np.zeros(log.rows, dtype=bool)
+    for first in range(run[0], max(run[1] - rows, run[0]) + 1, rows):
+        # what is left over at the end goes with the last piece
+        last = run[1] if run[1] - first < 2 * rows else first + rows
+        pieces = [values[first:last] for values in columns]
+        share = np.linspace(0.0, 1.0, last - first)
+        moved = [abs(piece[-1] - piece[0]) for piece in pieces]
+        bowed = [np.max(np.abs(p - p[0] - share * (p[-1] - p[0]))) for p in pieces]
+        moves = any(m > _MOVED * q for m, q in zip(moved, quanta, strict=True))
+        keeps = all(b <= _ROUNDED * q for b, q in zip(bowed, quanta, strict=True))
+        drawn[first:last] = moves and keeps
+    return _runs(drawn)
+
+
+def _seconds(log: Log, run: tuple[int, int]) -> float:
+    return float(log.time[run[1] - 1] - log.time[run[0]])
+
+
+def _quantum(values: Floats) -> float:
+    """Smallest step between neighbours: that of the rounding, in a file that rounds."""
+    steps = np.abs(np.diff(values))
+    moving = steps[np.isfinite(steps) & (steps > 1e-9 * np.nanmax(np.abs(values), initial=1e-12))]
+    return float(np.min(moving)) if moving.size else 0.0
+
+
+def _straight(values: Floats) -> NDArray[np.bool_]:
+    """Mask of rows with the second difference of a straight line, as rounded in the file."""
+    quantum = _quantum(values)
+    bend = np.abs(np.diff(values, 2))
+    flat = np.zeros(values.size, dtype=bool)
+    flat[1:-1] = bend <= _ROUNDED * quantum
+    return flat
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row, and the row after the last, of each run of true rows."""
+    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
+    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))
+
 
 _MOSTLY = 0.5
 _FEWEST = 20

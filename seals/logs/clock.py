@@ -73,7 +73,7 @@ def remark(clock: Mapping[str, Any]) -> str:
     )
 
 
-def usual_step(time: Floats, segment: NDArray[Any]) -> float:
+def _usual_step(time: Floats, segment: NDArray[Any]) -> float:
     """Return the median of the steps forward in time, within runs; NaN without any."""
     steps = np.diff(time)
     if segment.size == time.size:
@@ -96,7 +96,7 @@ def guessed(step: float) -> str:
 
 
 def _unit(time: Floats, segment: NDArray[Any], named: str, channels: Iterable[str]) -> str:
-    step = usual_step(time, segment)
+    step = _usual_step(time, segment)
     if not step > 2.0:
         return ""
     stamp = float(np.nanmedian(time[np.isfinite(time)]))

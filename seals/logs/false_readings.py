@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Floats
 from seals.logs.channels import CHANNELS, columns_of
 from seals.logs.log import Log
 from seals.logs.resample import one_sign
@@ -55,7 +54,8 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
     moving = _changing(log)
     for stem in (s for s in _VECTORS if log.has(s) and not CHANNELS[s].command):
         same = _repeats(log, stem) & moving
-        lengths = _lengths(same)
+        begins = np.flatnonzero(~same)
+        lengths = np.diff(np.append(begins, same.size)).astype(float)
         usual = float(np.median(lengths)) if lengths.size else 1.0
         regular = np.mean(np.abs(lengths - usual) <= 1.0) if lengths.size else 0.0
         if usual >= 2.0 and np.mean(same) >= _REPEATED and regular >= _REGULAR:
@@ -122,12 +122,6 @@ def _repeats(log: Log, stem: str) -> NDArray[np.bool_]:
     values = log.channel(stem)
     same = np.all(values[1:] == values[:-1], axis=1) & (np.diff(log.segment) == 0)
     return np.append(False, same)
-
-
-def _lengths(same: NDArray[np.bool_]) -> Floats:
-    """Rows of each reading: itself and its repetitions."""
-    begins = np.flatnonzero(~same)
-    return np.diff(np.append(begins, same.size)).astype(float)
 
 
 def _failures(log: Log, stem: str, same: NDArray[np.bool_]) -> NDArray[np.bool_]:

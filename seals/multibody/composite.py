@@ -34,6 +34,8 @@ class RigidInertias(NamedTuple):
     @classmethod
     def of(cls, matrix: Floats) -> RigidInertias | None:
         """Return the terms of inertia matrices (1 or B, L, 6, 6); None where one is not rigid."""
+        # rigid body about its origin: [[m 1, -m c x], [m c x, J]], linear first (Featherstone 2008,
+        # chapter 2 has angular first); the three entries of m c stand below each other's crosses
         by_entry = np.ascontiguousarray(matrix.transpose(2, 3, 1, 0))
         mass, moment = by_entry[0, 0], np.stack([by_entry[5, 1], by_entry[3, 2], by_entry[4, 0]])
         own = cls(mass, moment, by_entry[3:, 3:])
@@ -43,6 +45,7 @@ class RigidInertias(NamedTuple):
             rigid[3 + j, i] = rigid[i, 3 + j] = moment[k]
             rigid[3 + i, j] = rigid[j, 3 + i] = -moment[k]
         rigid[3:, 3:] = 0.5 * (own.inertia + own.inertia.transpose(1, 0, 2, 3))
+        # added mass differs from axis to axis, and is no rigid body's: it needs the Jacobian
         gap = np.abs(rigid - by_entry).max()
         return own if gap <= _ROUNDING * np.abs(by_entry).max() else None
 
@@ -59,6 +62,9 @@ def generalised_inertia(many: Kinematics, links: RigidInertias) -> Floats:
     lead = 0 if tree.fixed_base else 6
     mass = np.broadcast_to(links.mass, arm.shape[1:]).copy()
     bodies = np.concatenate((turned(many.turn, links.moment), _turned(many.turn, links.inertia)))
+    # parallel axes, from the link's origin to the base's at -r: J_kk grows by
+    # 2 (r_i h_i + r_j h_j) + m (r_i^2 + r_j^2), J_ij falls by r_i h_j + r_j h_i + m r_i r_j;
+    # the moment h = m c is still that about the link's origin
     half = bodies[:3] + 0.5 * mass * arm
     bodies[:3] += mass * arm
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
@@ -74,6 +80,8 @@ def generalised_inertia(many: Kinematics, links: RigidInertias) -> Floats:
     for j, link in enumerate(tree.child):
         if lead:
             out[:6, lead + j] = out[lead + j, :6] = momentum[:, j]
+        # H_ij = s_i . I_j s_j, I_j of all that hangs on j, for joints i between it and the base;
+        # zero for joints of different branches
         for i in np.flatnonzero(tree.moves[link]).tolist():
             entry = (motion[:, i] * momentum[:, j]).sum(axis=0)
             out[lead + i, lead + j] = out[lead + j, lead + i] = entry
@@ -104,6 +112,7 @@ def generalised_force(many: Kinematics, load: Floats) -> Floats:
     _folded(tree.parent, force)
     _folded(tree.parent, torque)
     pull, push = force[:, tree.children], torque[:, tree.children]
+    # a . (T - s x F) for a hinge at s, a . F for a slide, F and T of all that hangs on it
     push -= crossed(many.anchors, pull)
     if tree.sliding:
         push += tree.slides * (pull - push)
@@ -126,6 +135,7 @@ def _turned(turn: Floats, inertia: Floats) -> Floats:
 
 def _folded(parent: tuple[int, ...], values: Floats) -> None:
     """Add to every link the inertia of its children, in place; links along the second axis."""
+    # from the tips inwards: parents come before their children in the order of links
     for link in reversed(range(1, len(parent))):
         values[:, parent[link]] += values[:, link]
 
@@ -148,10 +158,12 @@ def _joints(many: Kinematics, mass: Floats, bodies: Floats) -> tuple[Floats, Flo
         bodies: its moment and inertia, shape (9, J, B).
     """
     slides, spin = many.tree.slides, many.hinges
+    # the point of the turning body at the base origin moves with a x (0 - s) = s x a
     linear = crossed(many.anchors, spin)
     if many.tree.sliding:
         linear, spin = linear + slides * (spin - linear), spin * (1.0 - slides)
     moment, own, mixed = bodies[:3], bodies[3:6], bodies[6:]
+    # p = m v + w x h, L = h x v + J w, about the base origin
     force = mass * linear + crossed(spin, moment)
     torque = crossed(moment, linear) + own * spin
     for k, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):

@@ -1,8 +1,12 @@
-"""Projected Newton-Euler equations: generalised accelerations from the effects on all links."""
+"""Projected Newton-Euler equations: generalised accelerations from the effects on all links.
+
+Terms of many robots that outlast one evaluation at known poses are kept (`KeptTerms`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -17,15 +21,67 @@ from seals.multibody.composite import (
     generalised_force,
     generalised_inertia,
 )
-from seals.multibody.kept_terms import KeptTerms
-from seals.multibody.kinematics import Kinematics, LinkVelocities, crossed
-from seals.multibody.linear import ChangedLead, Factors
-from seals.multibody.rows import by_batch, take_motion
+from seals.multibody.kinematics import Kinematics, LinkVelocities, by_batch, crossed, take_motion
+from seals.multibody.linear import ChangedLead, Factors, LeadFactors
 from seals.multibody.servo import heavier
 from seals.multibody.spatial import added_terms, kirchhoff
 
 
-class LinkLoads(Protocol):
+@dataclass(frozen=True, kw_only=True)
+class KeptTerms:
+    """Terms that depend on poses, velocities and rigid inertias alone, not on the loads.
+
+    A fit evaluates a robot at the same poses with one set of parameters after another, and most of
+    these change no inertia, or that of the base alone.
+
+    Args:
+        inertia: of the links about their origins, link axes, shape (1, L, 6, 6).
+        rigid: the same in rigid-body form.
+        armature: of the joint drives, shape (J,); None for none.
+        matrix: generalised inertia, shape (B, n, n).
+        moving: velocities of the links at which the loads hold.
+        load: forces and torques of inertia on the links, link axes, shape (6, L, B).
+    """
+
+    inertia: Floats
+    rigid: RigidInertias
+    armature: Floats | None
+    matrix: Floats
+    moving: Any
+    load: Floats
+
+    @cached_property
+    def factors(self) -> Factors:
+        """Factors of the generalised inertia."""
+        return Factors(self.matrix)
+
+    @cached_property
+    def _lead(self) -> LeadFactors | None:
+        """Factors that stay when the base changes; None where the joints' inertia is indefinite."""
+        try:
+            return LeadFactors(self.matrix, 6)
+        except np.linalg.LinAlgError:
+            return None
+
+    def factors_of(self, matrix: Floats, change: Floats) -> Factors | ChangedLead:
+        """Return the factors of a generalised inertia that differs by that of the base alone.
+
+        Args:
+            matrix: shape (B, n, n).
+            change: of its leading block, shape (B, 6, 6).
+        """
+        return Factors(matrix) if self._lead is None else self._lead.changed(change)
+
+    def differing(self, inertia: Floats, armature: Floats | None) -> list[int] | None:
+        """Return the links whose inertia differs; None where other terms do, too."""
+        drives = np.zeros(0) if armature is None else armature
+        own = np.zeros(0) if self.armature is None else self.armature
+        if inertia.shape != self.inertia.shape or not np.array_equal(drives, own):
+            return None
+        return [int(k) for k in np.flatnonzero((inertia != self.inertia).any(axis=(0, 2, 3)))]
+
+
+class _LinkLoads(Protocol):
     """Interface of evaluated effects: loads and added inertias of the links, by effect."""
 
     @property
@@ -61,7 +117,7 @@ class Assembly:
         kinematics: Kinematics,
         moving: LinkVelocities,
         motion: Motion,
-        found: LinkLoads,
+        found: _LinkLoads,
         joint_force: Array,
     ) -> Array:
         """Return the generalised acceleration, shape (B, n).
@@ -81,11 +137,12 @@ class Assembly:
         kinematics: Kinematics,
         moving: LinkVelocities,
         motion: Motion,
-        found: LinkLoads,
+        found: _LinkLoads,
         joint_force: Array,
     ) -> tuple[Array, Array]:
         """Return generalised inertia (B, n, n) and force (B, n), see `accelerations`."""
         added = any(not weightless(i[2]) for i in found.inertias)
+        # composite bodies serve rigid inertias alone: added ones differ from axis to axis
         if kinematics.many and not added and self._rigid is not None:
             return self._composed(kinematics, moving, found, joint_force)
         xp = namespace(moving.speed)
@@ -109,7 +166,7 @@ class Assembly:
         return RigidInertias.of(self.inertia)
 
     def _composed(
-        self, kinematics: Kinematics, moving: LinkVelocities, found: LinkLoads, joint_force: Floats
+        self, kinematics: Kinematics, moving: LinkVelocities, found: _LinkLoads, joint_force: Floats
     ) -> tuple[Floats, Floats]:
         """Return the same for many robots without added inertia, by composite bodies."""
         matrix, load = self._inertial(kinematics, moving)
@@ -175,6 +232,7 @@ class Assembly:
     def _load(self, kinematics: Kinematics, moving: LinkVelocities, links: slice) -> Floats:
         """Forces and torques of inertia on some links, link axes, shape (6, l, B)."""
         twist = moving.twists.T[:, links]
+        # -(I b) - (w x p, w x L + v x p), with (p, L) = I (v, w): Newton-Euler in link axes
         load = -self._times(kinematics.bias(moving).T[:, links], links)
         momentum = self._times(twist, links)
         load[:3] -= crossed(twist[3:], momentum[:3])
@@ -205,6 +263,7 @@ class Assembly:
         if kept is not None and kept[0] is kinematics:
             matrix = kept[1]
         else:
+            # M = sum J^T (I + A) J over the links
             matrix = xp.matmul(across, xp.reshape(xp.matmul(total, jacobian), rows))
             if self.armature is not None:
                 matrix = heavier(matrix, self.armature[None])
@@ -212,10 +271,11 @@ class Assembly:
         right = xp.matmul(across, xp.reshape(force, (batch, 6 * links, 1)))[:, :, 0]
         if joint_force.shape[1]:
             lead = right.shape[1] - joint_force.shape[1]
+            # joints come last in the generalised force
             right = xp.concat((right[:, :lead], right[:, lead:] + joint_force), axis=1)
         return matrix, right
 
-    def total_inertia(self, found: LinkLoads, batch: int) -> Array:
+    def total_inertia(self, found: _LinkLoads, batch: int) -> Array:
         """Link inertias with the added ones, shape (1 or B, L, 6, 6)."""
         total = self.inertia
         for _, rows, added, _ in found.inertias:
@@ -225,7 +285,7 @@ class Assembly:
             total = total + by_batch(self._everywhere(matrix, rows, batch), self.links)
         return total
 
-    def wrenches(self, motion: Motion, found: LinkLoads) -> Array:
+    def wrenches(self, motion: Motion, found: _LinkLoads) -> Array:
         """Sum of the effects' wrenches, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
@@ -238,11 +298,12 @@ class Assembly:
                 torque = torque + self._everywhere(wrench.torque, rows, batch)
         return by_batch(xp.concat((force, torque), axis=1), self.links)
 
-    def velocity_terms(self, motion: Motion, found: LinkLoads) -> Array:
+    def velocity_terms(self, motion: Motion, found: _LinkLoads) -> Array:
         """Kirchhoff terms of bodies and added inertias, shape (B, L, 6)."""
         xp = namespace(motion.velocity)
         batch = motion.velocity.shape[0] // self.links
         inertia = self.inertia[0]
+        # one matrix for each link serves all of its rows, where there are many on NumPy
         alike = self.inertia.shape[0] == 1 and type(inertia) is np.ndarray and batch >= FEW
         if not alike and (batch > 1 or self.inertia.shape[0] > 1):
             each = xp.permute_dims(self.inertia, (1, 0, 2, 3))
@@ -287,6 +348,7 @@ def scatter(values: Array, rows: Any, count: int) -> Array:
     xp = namespace(values)
     index = np.arange(count)[rows]
     source, inside = np.zeros(count, dtype=np.int64), np.zeros(count)
+    # rows outside take some row, and are multiplied by zero
     source[index] = np.arange(len(index)) if values.shape[0] > 1 else 0
     inside[index] = 1.0
     shape = (count, *(1 for _ in values.shape[1:]))

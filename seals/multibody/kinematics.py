@@ -4,24 +4,26 @@ Arrays are ordered (batch, links, ...) outside. Inside the batch comes last: a c
 whole batch is one contiguous vector, so that no time goes into thousands of products of three rows
 each. The generalised velocity is [velocity of the base origin,
 angular velocity of the base, joint rates], the first two in world axes; a fixed base has only the
-joint rates.
+joint rates. Effects order rows link by link, the equations of motion (batch, links).
 """
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, as_like, index_on, namespace
 from seals.frames import CROSS, MANY, cross_last, skew_last
+from seals.motion import Body, Motion
 from seals.multibody.tree import Tree
 from seals.state_records import state_record
 
 if TYPE_CHECKING:
-    from seals.multibody.kept_terms import KeptTerms
+    from seals.multibody.equations import KeptTerms
+
 
 _EYE = np.eye(3)
 
@@ -106,11 +108,6 @@ class Kinematics:
         """Link origins relative to the base origin, shape (B, L, 3)."""
         return _contiguous(_turned_over(self.arm))
 
-    def _base_blocks(self) -> tuple[Array, Array]:
-        """Identity and zero for every link, (B, L, 3, 3)."""
-        zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
-        return zero + as_like(_EYE, self._arm), zero
-
     @cached_property
     def jacobian(self) -> Array:
         """Map from the generalised velocity to all twists in link axes, shape (B, L, 6, n)."""
@@ -119,7 +116,9 @@ class Kinematics:
             return self._filled_jacobian()
         upper, lower = [], []
         if self._lead:
-            eye, zero = self._base_blocks()
+            zero = self._arm[:, :, :, None] * as_like(np.zeros((1, 3)), self._arm)
+            eye = zero + as_like(_EYE, self._arm)
+            # of the base: V = v + w x r = v - r x w, W = w
             upper += [eye, skew_last(-self._arm)]
             lower += [zero, eye]
         if self.tree.joints:
@@ -152,6 +151,7 @@ class Kinematics:
         axes, anchors = (_contiguous(_turned_over(x)) for x in (self.hinges, self.anchors))
         arm = self._arm[:, :, None, :] - anchors[:, None, :, :]
         angular = axes[:, None] * as_like(tree.moves[:, :, None], arm)
+        # a hinge gives V = a x (p - s) and W = a to all links beyond it, a slide V = a alone
         linear = cross_last(angular, arm)
         if self._sliding:
             slides = as_like(tree.slides, arm)
@@ -230,9 +230,11 @@ class Kinematics:
             moves = as_like(tree.moves, rates)
             velocity, spin = _turned_over(moving.linear), _turned_over(moving.angular)
             turning = self.hinges * rates[self._lead :]
+            # the child's rate differs by a q' along the axis itself, which crosses to zero
             change, slide = self._split(crossed(_taken(spin, tree.parents, 1), turning))
             inner = crossed(change, self.anchors)
             turning, _ = self._split(turning)
+            # d/dt of a q' x s: the joint itself moves, with the link that it carries
             inner += crossed(turning, _taken(velocity, tree.children, 1))
             angular = xp.matmul(moves, change)
             linear = crossed(angular, self.arm)
@@ -240,6 +242,7 @@ class Kinematics:
             if slide is not None:
                 linear += xp.matmul(moves, slide)
         if self._lead:
+            # the base's own acceleration is taken in world axes, the twist in those of the link
             linear = linear - crossed(rates[3:6], rates[0:3])[:, None]
         return _turned_over(self._in_links(linear, angular))
 
@@ -283,3 +286,82 @@ def _taken(x: Array, index: NDArray[np.int64], axis: int) -> Array:
         return x.take(index, axis=axis)
     xp = namespace(x)
     return xp.take(x, xp.asarray(index, device=getattr(x, "device", None)), axis=axis)
+
+
+Bundle = TypeVar("Bundle", bound=NamedTuple)
+"""Arrays of rows that belong together."""
+
+
+def link_motion(
+    kinematics: Kinematics, moving: LinkVelocities, time: Array, bodies: Body
+) -> Motion:
+    """Motion of all links, rows link by link.
+
+    Args:
+        kinematics: poses (B, L, ...).
+        moving: velocities of the links.
+        time: [s], shape (1, 1) or (B, 1).
+        bodies: constant properties, rows link by link.
+    """
+    rotation = by_link(kinematics.rotations)
+    rows = by_link(moving.twists)
+    # one instant for all, or one for each robot: then once for each link
+    if time.shape[0] > 1:
+        time = namespace(time).concat([time] * (rows.shape[0] // time.shape[0]), axis=0)
+    return Motion(
+        time=time,
+        position=by_link(kinematics.origins),
+        rotation=rotation,
+        up=rotation[:, 2, :],
+        velocity=rows[:, :3],
+        angular_velocity=rows[:, 3:],
+        body=bodies,
+    )
+
+
+def by_link(x: Array) -> Array:
+    """Reorder (B, L, ...) into rows link by link, (L B, ...)."""
+    if x.shape[0] == 1:
+        return x[0]
+    xp = namespace(x)
+    order = (1, 0, *range(2, x.ndim))
+    return xp.reshape(xp.permute_dims(x, order), (x.shape[0] * x.shape[1], *x.shape[2:]))
+
+
+def by_batch(x: Array, links: int) -> Array:
+    """Reorder rows link by link (L B, ...) into (B, L, ...)."""
+    if x.shape[0] == links:
+        # as many rows as links are one robot, whatever the batch that it came from
+        return x[None]
+    xp = namespace(x)
+    shaped = xp.reshape(x, (links, x.shape[0] // links, *x.shape[1:]))
+    return xp.permute_dims(shaped, (1, 0, *range(2, shaped.ndim)))
+
+
+def take(bundle: Bundle, rows: Any) -> Bundle:
+    """Select rows of every field; fields with a single row are kept."""
+    if rows is None:
+        return bundle
+    return type(bundle)._make(picked(bundle, rows))
+
+
+def take_motion(motion: Motion, rows: Any) -> Motion:
+    """Select rows of a motion and of its body."""
+    if rows is None:
+        return motion
+    return Motion._make((*picked(motion[:-1], rows), take(motion.body, rows)))
+
+
+def picked(fields: tuple[Array, ...], rows: Any) -> list[Array]:
+    """Select rows of several fields; fields with a single row are kept."""
+    if type(fields[0]) is np.ndarray:
+        return [x if x is None or x.shape[0] == 1 else x[rows] for x in fields]
+    return [_pick(x, rows) for x in fields]
+
+
+def _pick(x: Array, rows: Any) -> Array:
+    if x is None or x.shape[0] == 1:
+        return x
+    if isinstance(rows, slice):
+        return x[rows]
+    return namespace(x).take(x, index_on(rows, x), axis=0)

@@ -72,6 +72,7 @@ class Factors:
         except np.linalg.LinAlgError:
             return
         size = matrix.shape[1]
+        # entry first, batch last: each step of a substitution is one operation on a vector
         by_entry: Floats = np.ascontiguousarray(factor.reshape(-1, size * size).T)
         self._lower = by_entry.reshape(size, size, 1, -1)
         self._inverse: Floats = 1.0 / by_entry[:: size + 1, None]
@@ -82,6 +83,7 @@ class Factors:
         if self._lower is None:
             found = np.linalg.solve(self.matrix, columns).astype(np.float64, copy=False)
             return found.reshape(right.shape)
+        # L z = b downwards, then L^T x = z upwards; divisions were done once
         lower, inverse = self._lower, self._inverse
         x = columns.transpose(1, 2, 0).copy()
         for i in range(len(x)):
@@ -115,8 +117,10 @@ class LeadFactors:
         across = matrix[:, lead:, :lead]
         self._lower = np.ascontiguousarray(lower.transpose(1, 2, 0))
         self._inverse: Floats = 1.0 / np.einsum("iik->ik", self._lower)
+        # W = L^-1 B^T
         self._weights = self._forward(np.ascontiguousarray(across.transpose(1, 2, 0)))
         taken = np.einsum("jak,jbk->kab", self._weights, self._weights)
+        # S = A - W^T W; only A changes afterwards
         self._schur: Floats = matrix[:, :lead, :lead] - taken
 
     def changed(self, change: Floats) -> ChangedLead:
@@ -126,10 +130,12 @@ class LeadFactors:
     def solve(self, schur: Factors, right: Floats) -> Floats:
         """Return x for b of the shape (N, n, k), by the factors of S."""
         both = right.transpose(1, 2, 0)
+        # L^-1 c
         below = self._forward(both[self.lead :].copy())
         reduced = both[: self.lead] - np.einsum("jak,jck->ack", self._weights, below)
         first = schur.solve(reduced.transpose(2, 0, 1)).transpose(1, 2, 0)
         below -= np.einsum("jak,ack->jck", self._weights, first)
+        # L^T y = L^-1 c - W x
         for i in reversed(range(len(below))):
             below[i] *= self._inverse[i]
             below[:i] -= self._lower[i, :i, None] * below[i]
@@ -173,6 +179,8 @@ def solve_symmetric(
         x, one vector (N,) per row.
     """
     size = len(right)
+    # pivots d_j = m_jj - sum_k l_jk^2 d_k, columns l_ij d_j = m_ij - sum_k l_ik d_k l_jk (Golub and
+    # Van Loan, Matrix Computations, chapter 4); `scaled` keeps l_ij d_j
     lower: list[list[Array | None]] = [[None] * size for _ in range(size)]
     scaled: list[list[Array | None]] = [[None] * size for _ in range(size)]
     inverse: list[Array] = []
@@ -193,6 +201,7 @@ def solve_symmetric(
         for k in range(i):
             value = _less(value, lower[i][k], x[k])
         x.append(value)
+    # L z = b is done; D y = z, then L^T x = y
     x = [value * inverse[i] for i, value in enumerate(x)]
     for i in reversed(range(size)):
         for k in range(i + 1, size):

@@ -48,6 +48,7 @@ def resisted(
         ahead: time from the rates of ``right`` to those that resist [s].
         change: a0, acceleration of the joints that those rates know of, (1 or B, J); None for none.
     """
+    # the rates that resist are q' + ahead a: what `right` knows of a is taken back
     later = ahead * resistance + 0.0 * right[:, right.shape[1] - resistance.shape[1] :]
     if change is not None:
         lead = right.shape[1] - later.shape[1]
@@ -82,6 +83,7 @@ def driven(matrix: Array, right: Array, drive: JointDrive, gain: Array) -> tuple
     if not some(beyond):
         return change, wanted
     at_limit = xp.astype(beyond, wanted.dtype)
+    # at a limit the force no longer falls with the acceleration: its gain is zero
     held = at_limit * xp.sign(wanted) * limit + (1.0 - at_limit) * force
     left = (1.0 - at_limit) * gain
     change = _solve(matrix, right, held, left)
@@ -94,9 +96,10 @@ def heavier(matrix: Array, armature: Array) -> Array:
     size, joints = matrix.shape[1], armature.shape[1]
     if type(matrix) is np.ndarray and len(matrix) == 1:
         out = matrix.copy()
+        # every (n + 1)-th entry from the first joint on: the lower part of the diagonal
         out.ravel()[(size - joints) * (size + 1) :: size + 1] += armature[0]
         return out
-    return matrix + on_joints(armature, size)
+    return matrix + _on_joints(armature, size)
 
 
 def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
@@ -113,7 +116,7 @@ def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
     return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
 
 
-def on_joints(values: Array, size: int) -> Array:
+def _on_joints(values: Array, size: int) -> Array:
     """Values of the joints (B, J) as diagonal matrices over all coordinates, (B, size, size)."""
     xp = namespace(values)
     place = {"dtype": values.dtype, "device": values.device}

@@ -27,6 +27,7 @@ def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
     s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     out = np.empty((6, 6))
     out[:3, :3], out[:3, 3:] = mass * np.eye(3), -mass * s
+    # Steiner: J = J_C - m (c x)(c x)
     out[3:, :3], out[3:, 3:] = mass * s, inertia - mass * s @ s
     return out
 
@@ -41,6 +42,7 @@ def twist_map(origin: Floats, turn: Floats) -> Floats:
     x, y, z = (float(c) for c in origin)
     arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     out = np.zeros((6, 6))
+    # V = R^T (v + w x o) = R^T v - R^T (o x) w, W = R^T w
     out[:3, :3], out[:3, 3:], out[3:, 3:] = turn.T, -turn.T @ arm, turn.T
     return out
 
@@ -64,6 +66,7 @@ def momentum(matrix: Array, velocity: Array, spin: Array) -> tuple[Array, Array]
         return both[:3].T, both[3:].T
     twist = xp.concat((velocity, spin), axis=1)
     if matrix.shape[0] < twist.shape[0]:
+        # one matrix for each link, rows link by link
         rows = twist.reshape(matrix.shape[0], -1, 6)
         both = np.matmul(rows, matrix.transpose(0, 2, 1)).reshape(-1, 6)
     else:
@@ -111,6 +114,7 @@ def _few(
     if weight is not None:
         both = weight[:, :, None] * both
     linear, angular = both[:, :3], both[:, 3:]
+    # F = w x p, T = w x L + v x p (Kirchhoff; Lamb 1932, chapter VI)
     turning = skew_last(spin)
     force = np.matmul(turning, linear)[:, :, 0]
     torque = np.matmul(turning, angular) + np.matmul(skew_last(velocity), linear)
@@ -130,6 +134,7 @@ def added_terms(added: AddedInertia, medium: Medium, motion: Motion) -> tuple[Ar
     if added.apart:
         drift = cross(spin, motion.velocity) - medium.acceleration
         return momentum(added.matrix, drift, spin * 0.0)
+    # added mass answers to the motion through the water, not to that in the world
     relative = motion.velocity - medium.velocity
     force, torque = kirchhoff(added.matrix, relative, spin, weight=added.weight)
     if type(spin) is np.ndarray and not (medium.velocity.any() or medium.acceleration.any()):

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.rendering.camera import Cameras, Lens, lengths, units
-from seals.rendering.files import images
 from seals.rendering.light import Light
 from seals.rendering.optics import Optics, Sight, Surface, SurfaceStill
-from seals.rendering.picture import Picture, Renderer
+from seals.rendering.picture import Picture, Renderer, images
 from seals.rendering.scene import Poses, Scene
 from seals.state_records import state_record
 

@@ -1,21 +1,87 @@
-"""Report page: one self-contained HTML file made from sections."""
+"""Report page: one self-contained HTML file of sections, with charts, tables, figures and text."""
 
 from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from seals.drawn_text import readable
 from seals.logs.atomic import write_text
-from seals.report.bars import Bars, drawn_bars
-from seals.report.blocks import Block, Choice, Fold, Section
-from seals.report.drawing import Columns, drawn
+from seals.report.bars import Bars, Columns, drawn, drawn_bars
 from seals.report.figures import Chart
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paragraph:
+    """Paragraph of text; ``tone``: ``""``, ``"good"``, ``"warn"``, ``"bad"`` or ``"caption"``."""
+
+    text: str
+    tone: str = ""
+    large: bool = False
+    kind: str = field(default="paragraph", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facts:
+    """Key figures with captions: ``{"first touch of water": "0.42 s"}``."""
+
+    values: Mapping[str, str]
+    kind: str = field(default="facts", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """Table with a header; columns listed in ``right`` are right-aligned."""
+
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    right: Sequence[int] = ()
+    kind: str = field(default="table", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Code:
+    """Preformatted text."""
+
+    text: str
+    kind: str = field(default="code", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fold:
+    """Collapsible blocks, for details."""
+
+    title: str
+    blocks: Sequence[Block]
+    kind: str = field(default="fold", init=False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """Groups of blocks, one visible at a time, chosen by name."""
+
+    label: str
+    options: Mapping[str, Sequence[Block]]
+    kind: str = field(default="choice", init=False)
+
+
+Block: TypeAlias = "Chart | Bars | Paragraph | Facts | Table | Code | Fold | Choice"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A titled part of a page; ``wide`` gives each chart a row of its own."""
+
+    title: str
+    blocks: Sequence[Block]
+    lead: str = ""
+    wide: bool = False
 
 
 def page(

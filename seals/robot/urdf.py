@@ -1,19 +1,117 @@
-"""Reading of a URDF: links with mass properties, and joints, checked for physical validity."""
+"""Reading of a URDF: links with mass properties, and joints, checked for physical validity.
+
+Its mesh files must exist, lie in its folder and be of bounded size.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import RobotError, refuse_unlisted, suggestion
-from seals.robot.meshes import refuse_bad_meshes, refuse_names_elsewhere
+from seals.hydrostatics.meshes import refuse_strange_format
+from seals.hydrostatics.references import refuse_elsewhere
 from seals.robot.structure import check_structure
+
+_LARGEST_MESH = 50_000_000
+"""Largest mesh that is loaded [bytes]."""
+_READ_BY_ENGINES = ("link", "joint", "material", "deformable")
+_FILE_NAMES = {"filename", "file", "uri", "url"}
+_ENDINGS = (".stl", ".obj", ".dae")
+
+
+def mesh_names(path: Path) -> list[str]:
+    """Return the mesh files that a valid URDF names, relative to its folder, each once."""
+    root = ElementTree.fromstring(path.read_bytes())
+    named = (mesh.get("filename", "") for mesh in root.iter("mesh"))
+    return list(dict.fromkeys(_relative(name) for name in named))
+
+
+def _relative(name: str) -> str:
+    """Path of a mesh without the scheme that ROS puts in front."""
+    return name.removeprefix("file://").removeprefix("package://")
+
+
+def _refuse_bad_meshes(path: Path, robot: Any) -> None:
+    """Refuse meshes that are missing, outside the robot's folder, or too large."""
+    folder = path.parent.resolve()
+    for link in robot.links:
+        for part in (*link.visuals, *link.collisions):
+            mesh = None if part.geometry is None else part.geometry.mesh
+            if mesh is None:
+                continue
+            name = str(mesh.filename)
+            where = f"URDF {path}: link '{link.name}': mesh '{name}'"
+            target = (folder / _relative(name)).resolve()
+            if not target.is_relative_to(_root(folder)):
+                raise RobotError(
+                    f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below."
+                )
+            if not os.path.isfile(target):
+                found = [
+                    str(p.relative_to(folder))
+                    for p in folder.rglob("*")
+                    if p.suffix.lower() in _ENDINGS
+                ]
+                advice = suggestion(name, found, label="Meshes there")
+                if "://" in name:
+                    advice += "\nTo copy it from its package: seals new robot NAME urdf=FILE"
+                raise RobotError(f"{where} does not exist.\n{advice}")
+            _refuse_huge_mesh(where, target)
+            refuse_strange_format(target, where)
+
+
+def _refuse_names_elsewhere(path: Path, raw: bytes) -> None:
+    """Refuse a URDF that refers to images or shapes outside its folder.
+
+    Args:
+        path: of the URDF.
+        raw: its content, sound XML.
+
+    Raises:
+        RobotError: a name leads elsewhere, or to a pipe or a device.
+    """
+    for part in ElementTree.fromstring(raw):
+        for element in part.iter() if part.tag in _READ_BY_ENGINES else ():
+            for key in _FILE_NAMES & set(element.attrib) if element.tag != "mesh" else ():
+                where = f"URDF {path}: <{element.tag}>"
+                refuse_elsewhere(element.attrib[key], path, where)
+
+
+def _root(folder: Path) -> Path:
+    """Return the folder that holds a robot's meshes: robots that come with SEALS share theirs."""
+    shipped = Path(str(resources.files("seals.robots"))).resolve()
+    return shipped if folder.is_relative_to(shipped) else folder
+
+
+def _refuse_huge_mesh(where: str, target: Path) -> None:
+    """Refuse a mesh that is truncated, or whose real or declared size is too large."""
+    size = declared = target.stat().st_size
+    if target.suffix.lower() == ".stl" and size >= 84:
+        with target.open("rb") as stream:
+            head = stream.read(84)
+        if not head.startswith(b"solid"):
+            declared = 84 + 50 * int.from_bytes(head[80:84], "little")
+    if max(size, declared) > _LARGEST_MESH:
+        raise RobotError(
+            f"{where} has, or declares, {max(size, declared) / 1e6:.0f} MB.\n"
+            f"Allowed: up to {_LARGEST_MESH / 1e6:.0f} MB; "
+            "simplify it (some 1,000 triangles will do)."
+        )
+    if declared > size:
+        raise RobotError(
+            f"{where} declares {declared} bytes and holds {size}.\n"
+            "It is cut short or damaged: copy or export it again."
+        )
+
 
 MOST_BYTES = 5_000_000
 MOST_LINKS = 500
@@ -78,7 +176,7 @@ def read_urdf(path: Path) -> Urdf:
     joints = [_joint(path, joint) for joint in robot.joints]
     order = _tree_order(path, list(links), joints)
     above = {joint.child: joint for joint in joints}
-    refuse_bad_meshes(path, robot)
+    _refuse_bad_meshes(path, robot)
     return Urdf(
         name=str(robot.name or path.stem),
         links=tuple(links[name] for name in order),
@@ -125,7 +223,7 @@ def _text_of(path: Path) -> bytes:
             "Remove it: such files can expand without end."
         )
     check_structure(path, text.removeprefix("\ufeff"))
-    refuse_names_elsewhere(path, raw)
+    _refuse_names_elsewhere(path, raw)
     return raw
 
 

@@ -14,8 +14,7 @@ from seals.config.compose import compose
 from seals.config.overlay import read_overlay
 from seals.config.plugin_lookup import plugin_name
 from seals.config.refusal import refusals
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import check_ground, check_profiles
+from seals.environment.settings import ObstacleSettings, check_ground, check_profiles
 from seals.errors import ConfigError, suggestion
 from seals.file_names import checked_name
 from seals.registry import get, names

@@ -16,8 +16,8 @@ from seals.backend import BackendOptions, compiles
 from seals.errors import LogError
 from seals.logs.table import read_parquet
 from seals.plugin_options import options_of
-from seals.robot.meshes import mesh_names
 from seals.robot.settings import RobotSettings
+from seals.robot.urdf import mesh_names
 from seals.run.assembly import step_count
 from seals.run.settings import RunSettings
 from seals.untrusted_io import MOST_BYTES, read_bytes, read_json

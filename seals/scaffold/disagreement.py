@@ -36,7 +36,7 @@ _SURE = 0.1
 """Least share of the sensor in a difference: a flight tells it no better."""
 
 
-class Disagreement(NamedTuple):
+class _Disagreement(NamedTuple):
     """Difference between an inertial channel and the pose, as an equivalent white noise.
 
     Args:
@@ -57,7 +57,7 @@ class Disagreement(NamedTuple):
         return self.sigma > _CLEAR * self.white
 
 
-def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, Disagreement]:
+def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, _Disagreement]:
     """Return the differences of gyroscope and accelerometer from the pose, by channel.
 
     Sensors filter, samples were interpolated where some were lost, and clocks of a radio link
@@ -84,7 +84,7 @@ def disagreement(log: Log, noise: Mapping[str, float]) -> dict[str, Disagreement
     return found
 
 
-def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement:
+def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> _Disagreement:
     true = smooth(attitude_rates(rows.channels["orientation"]))
     turning = np.gradient(true, STEP, axis=0)
     left = _left(smooth(gyro), [true, turning], rows.there)
@@ -102,7 +102,7 @@ def _rates(rows: Even, gyro: Floats, noise: Mapping[str, float]) -> Disagreement
     )
 
 
-def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreement:
+def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> _Disagreement:
     attitude = matrix_of(rows.channels["orientation"])
     back = np.swapaxes(attitude, -1, -2)
     weight = np.array([0.0, 0.0, GRAVITY])
@@ -120,10 +120,10 @@ def _forces(rows: Even, force: Floats, noise: Mapping[str, float]) -> Disagreeme
     return whole._replace(sigma=whole.sigma * share**0.5, white=noise["specific_force"])
 
 
-def _against(left: Floats, gain: float, of_pose: float, white: float) -> Disagreement:
+def _against(left: Floats, gain: float, of_pose: float, white: float) -> _Disagreement:
     """Convert residuals to the white noise that gives them after a filter of gain `gain`."""
     spread = _ROBUST * np.median(np.abs(left), axis=0)
-    return Disagreement(
+    return _Disagreement(
         sigma=float(np.sqrt(np.mean(spread**2))) / gain,
         white=float(np.hypot(of_pose / gain, white)),
     )

@@ -11,8 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control.plant import ROTOR
 from seals.robot.model import RobotModel
-from seals.scaffold.drag import AIR, WATER, LinkDrag, drag_of
-from seals.scaffold.estimates import added_mass, short
+from seals.scaffold.estimates import AIR, WATER, LinkDrag, added_mass, drag_of, short
 from seals.scaffold.hydrodynamics.link import added_mass_fields
 from seals.scaffold.plug_ins import Hydrodynamics
 from seals.scaffold.rotors import GRAVITY, Drives

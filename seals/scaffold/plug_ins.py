@@ -1,7 +1,11 @@
-"""Parameters of Gazebo plug-ins: motors, thrusters, wings, hydrodynamics, displaced volumes."""
+"""Parameters of Gazebo plug-ins: motors, thrusters, wings, hydrodynamics, displaced volumes.
+
+Lifting surfaces are stated by plug-ins of Gazebo and of the UUV simulator.
+"""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -12,17 +16,220 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.plant import ROTOR, THRUSTER
-from seals.errors import RobotError
-from seals.scaffold.plug_in_values import (
-    finite,
-    fluid_density,
-    last_name,
-    magnitudes,
-    positive,
-    six_by_six,
-    text_of,
-)
-from seals.scaffold.wing_plug_ins import FORWARD_SPEED, Wing, wings_of
+from seals.errors import RobotError, refuse_unlisted
+
+SEA_WATER = 1028.0
+"""Density that the UUV simulator takes where a file states none [kg/m^3]."""
+
+
+def vector(element: ElementTree.Element, tag: str, default: str, said: str) -> Floats:
+    """Return three numbers, or raise `RobotError`."""
+    words = (_text_of(element, tag) or default).split()
+    if len(words) != 3:
+        raise RobotError(f"{said}: {tag} has {len(words)} numbers.\nAllowed: 3.")
+    return np.array([finite(word, f"{said}: {tag}") for word in words])
+
+
+def _six_by_six(element: ElementTree.Element, tag: str, said: str) -> Floats | None:
+    """Return the matrix (6, 6) of 36 numbers, or the diagonal one of six; None if empty."""
+    words = re.split(r"[\s,]+", _text_of(element, tag))
+    if words == [""]:
+        return None
+    numbers = np.array([finite(word, f"{said}: {tag}") for word in words])
+    if numbers.size == 6:
+        return np.diag(numbers)
+    if numbers.size != 36:
+        raise RobotError(
+            f"{said}: {tag} has {numbers.size} numbers.\nAllowed: 6, or 36 row by row."
+        )
+    return numbers.reshape(6, 6)
+
+
+def magnitudes(
+    element: ElementTree.Element, said: str, names: Mapping[str, str]
+) -> dict[str, float]:
+    """Return magnitudes of the numbers in child elements, under new names, without zeros."""
+    found = {}
+    for tag, name in names.items():
+        text = _text_of(element, tag)
+        value = abs(finite(text, f"{said}: {tag}")) if text else 0.0
+        if value > 0.0:
+            found[name] = value
+    return found
+
+
+def _text_of(element: ElementTree.Element, tag: str) -> str:
+    """Return the text of a child element; names without the prefix of their model."""
+    text = (element.findtext(tag) or "").strip()
+    return last_name(text) if tag.lower().endswith(("name",)) else text
+
+
+def last_name(name: str | None) -> str:
+    """Return the name of a link or joint without the prefix of its model."""
+    return (name or "").strip().split("::")[-1]
+
+
+def positive(text: str | None, where: str, unit: str) -> float:
+    """Return a number above zero.
+
+    Raises:
+        RobotError: it is none.
+    """
+    value = finite(text, where)
+    if value <= 0.0:
+        raise RobotError(f"{where}={value:g} is not allowed.\nAllowed: above zero, in {unit}.")
+    return value
+
+
+def fluid_density(element: ElementTree.Element, said: str) -> float:
+    """Return the density that a plug-in states, else that of the UUV simulator [kg/m^3]."""
+    words = _text_of(element, "fluid_density") or str(SEA_WATER)
+    return positive(words, f"{said}: fluid_density", "kg/m^3")
+
+
+def finite(text: str | None, where: str) -> float:
+    """Return a finite number.
+
+    Raises:
+        RobotError: it is none, or beyond 1e9.
+    """
+    try:
+        value = float((text or "").strip())
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or abs(value) > 1e9:
+        raise RobotError(
+            f"{where}='{(text or '').strip()[:40]}' is not allowed.\n"
+            "Allowed: a finite number up to 1e9."
+        )
+    return value
+
+
+FORWARD_SPEED = "linear_damping_forward_speed"
+"""Damping of the UUV simulator by the product of forward speed and velocity."""
+
+
+class Wing(NamedTuple):
+    """Lifting surface on a link, as stated in a file.
+
+    Args:
+        link: that carries it.
+        area: slope of the lift coefficient times the area [m^2].
+        density: of the medium that the file states [kg/m^3].
+        place: centre of pressure in link axes [m], shape (3,).
+        turn: chord, span and normal of the wing as columns, in link axes, shape (3, 3).
+        source: in words.
+        left_out: numbers that no effect takes, in words.
+        drag: growth of the drag coefficient with the square of the angle of attack times the area
+            [m^2].
+    """
+
+    link: str
+    area: float
+    density: float
+    place: Floats
+    turn: Floats
+    source: str
+    left_out: str
+    drag: float = 0.0
+
+
+def _wings_of(plugin: ElementTree.Element, said: str) -> Iterator[Wing]:
+    """Return the lifting surfaces of a plug-in.
+
+    Raises:
+        RobotError: a number is not finite, or its axes span no wing.
+    """
+    if plugin.find("cla") is not None:
+        yield _lift_drag(plugin, said)
+    for model in plugin.findall("liftdrag"):
+        yield _fin(plugin, model, said)
+    for link in plugin.findall("link"):
+        yield from _under_way(plugin, link, said)
+
+
+def _under_way(plugin: ElementTree.Element, link: ElementTree.Element, said: str) -> Iterator[Wing]:
+    """Damping of a hull by its forward speed, as the lift of two upright and two level wings.
+
+    Equation:
+        Y = -D_y u v and N = -D_n u r are the lift rho A u v / 2 of two wings with half of D_y = rho
+        A / 2 each, D_n / D_y the square of their distance from the origin; Z and M likewise.
+    """
+    model = link.find("hydrodynamic_model")
+    damping = None if model is None else _six_by_six(model, FORWARD_SPEED, said)
+    if damping is None:
+        return
+    density = fluid_density(plugin, said)
+    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
+    source = f"{said} ({FORWARD_SPEED}, in water of {density:g} kg/m^3)"
+    for along, about, turn in ((1, 5, upright), (2, 4, np.eye(3))):
+        force, moment = (abs(float(damping[k, k])) for k in (along, about))
+        if force == 0.0:
+            continue
+        arm = math.sqrt(moment / force)
+        for x in (arm, -arm):
+            place = np.array([x, 0.0, 0.0])
+            yield Wing(
+                last_name(link.get("name")), force / density, density, place, turn, source, ""
+            )
+
+
+def _fin(plugin: ElementTree.Element, model: ElementTree.Element, said: str) -> Wing:
+    """Fin of the UUV simulator: chord along x of its link, hinge along z.
+
+    Equation:
+        Quadratic: L = C_L a V^2, D = C_D a^2 V^2; two lines: L = rho A c_la a V^2 / 2 to the stall.
+    """
+    kind = _text_of(model, "type")
+    link = _text_of(plugin, "link_name")
+    keys = {"Quadratic": ("lift_constant", "drag_constant"), "TwoLines": ("cla", "area")}
+    refuse_unlisted(
+        kind, keys, f"{said}: the type '{kind[:40]}' of its lift is not known", error=RobotError
+    )
+    first, second = (finite(_text_of(model, tag), f"{said}: {tag}") for tag in keys[kind])
+    density = fluid_density(model, said)
+    area, drag, left = first * second, 0.0, ""
+    if kind == "Quadratic":
+        area, drag = 2.0 * first / density, 2.0 * second / density
+    else:
+        stated = {tag: _text_of(model, tag) for tag in ("a0", "cda", "alpha_stall")}
+        left = ", ".join(t for t, x in stated.items() if x and finite(x, f"{said}: {t}"))
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
+    source = f"{said} ({', '.join(keys[kind])} in water of {density:g} kg/m^3)"
+    return Wing(link, area, density, np.zeros(3), turn, source, left, drag)
+
+
+def _lift_drag(plugin: ElementTree.Element, said: str) -> Wing:
+    """Plug-in LiftDrag: slope, area, place and axes of a wing; absent numbers are Gazebo's."""
+    defaults = {"cla": 1.0, "area": 1.0, "air_density": 1.2041, "a0": 0.0, "cda": 0.0, "cma": 0.0}
+    value = {
+        tag: finite(_text_of(plugin, tag) or str(default), f"{said}: {tag}")
+        for tag, default in defaults.items()
+    }
+    place, chord, normal = (
+        vector(plugin, tag, default, said)
+        for tag, default in (("cp", "0 0 0"), ("forward", "1 0 0"), ("upward", "0 0 1"))
+    )
+    span = np.cross(normal, chord)
+    if float(np.linalg.norm(span)) < 1e-6:
+        raise RobotError(
+            f"{said}: forward={chord.tolist()} and upward={normal.tolist()} span no wing.\n"
+            "Allowed: two directions at right angles."
+        )
+    rows = [chord, span, np.cross(chord, span)]
+    left = [f"{tag}={value[tag]:g}" for tag in ("a0", "cda", "cma") if value[tag]]
+    left += ["stall"] if _text_of(plugin, "alpha_stall") else []
+    left += ["control_joint_name"] if _text_of(plugin, "control_joint_name") else []
+    return Wing(
+        _text_of(plugin, "link_name"),
+        value["cla"] * value["area"],
+        value["air_density"],
+        place,
+        np.stack([row / np.linalg.norm(row) for row in rows], axis=1),
+        f"{said} (cla, area{'' if _text_of(plugin, 'area') else ' 1 m^2, the default of Gazebo'})",
+        ", ".join(left),
+    )
+
 
 _ROWS, _SPEEDS = "xyzkmn", "UVWPQR"
 _FLIP = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])
@@ -152,7 +359,7 @@ def stated_of(root: ElementTree.Element) -> Stated:
         found.motors += _motors(plugin, said)
         found.hydrodynamics += [*_coefficients(plugin, said), *_fossen(plugin, said)]
         found.displacements += _volumes(plugin, said)
-        found.wings += wings_of(plugin, said)
+        found.wings += _wings_of(plugin, said)
         if found.size() == before:
             found.unread.append(name)
     found.hydrodynamics += _fluid_added_mass(root)
@@ -160,7 +367,7 @@ def stated_of(root: ElementTree.Element) -> Stated:
 
 
 def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
-    turns = text_of(plugin, "motorType").lower() not in _OTHER_MOTORS
+    turns = _text_of(plugin, "motorType").lower() not in _OTHER_MOTORS
     if plugin.find("motorConstant") is not None and turns:
         yield _rotor(plugin, said, "motorConstant")
     for rotor in plugin.iter("rotor"):
@@ -170,19 +377,19 @@ def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
         plugin.find(tag) is not None
         for tag in ("propeller_diameter", "max_thrust_cmd", "thrust_coefficient")
     )
-    if has_thrust and text_of(plugin, "joint_name"):
+    if has_thrust and _text_of(plugin, "joint_name"):
         yield _gz_thruster(plugin, said)
     if plugin.find("conversion") is not None and plugin.find("thrusterID") is not None:
         yield _uuv_thruster(plugin, said)
     for control in plugin.findall("control"):
-        if "thrust" in text_of(control, "cmd_topic") and text_of(control, "jointName"):
+        if "thrust" in _text_of(control, "cmd_topic") and _text_of(control, "jointName"):
             yield _commanded_thruster(control, said)
     for thruster in plugin.findall("thruster"):
         if thruster.find("maxForceFwd") is not None:
             values = magnitudes(
                 thruster, said, {"maxForceFwd": "max_force", "maxForceRev": "back_force"}
             )
-            link, joint = text_of(thruster, "linkName"), text_of(thruster, "propJointName")
+            link, joint = _text_of(thruster, "linkName"), _text_of(thruster, "propJointName")
             yield Motor(THRUSTER, link, "" if link else joint, values, said, axis=(1.0, 0.0, 0.0))
 
 
@@ -201,7 +408,7 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         values["torque"] *= values["thrust"]
     else:
         values.pop("torque", None)  # stated as a length: nothing without a thrust
-    turning = (text_of(element, "turningDirection") or text_of(element, "direction")).lower()
+    turning = (_text_of(element, "turningDirection") or _text_of(element, "direction")).lower()
     if turning in ("cw", "ccw"):
         values["direction"] = 1.0 if turning == "ccw" else -1.0
     elif turning in ("1", "-1", "1.0", "-1.0"):
@@ -210,7 +417,7 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         raise RobotError(
             f"{said}: turningDirection='{turning[:40]}' is not allowed.\nAllowed: cw, ccw, 1, -1."
         )
-    return Motor(ROTOR, text_of(element, "linkName"), text_of(element, "jointName"), values, said)
+    return Motor(ROTOR, _text_of(element, "linkName"), _text_of(element, "jointName"), values, said)
 
 
 def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
@@ -222,19 +429,19 @@ def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
     values = magnitudes(plugin, said, names)
     if "radius" in values:
         values["radius"] /= 2.0
-    return Motor(THRUSTER, "", text_of(plugin, "joint_name"), values, said)
+    return Motor(THRUSTER, "", _text_of(plugin, "joint_name"), values, said)
 
 
 def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
     """Thruster of an autopilot's channel, whose command is multiplier * (0 to 1, plus offset)."""
     scale, offset = (
-        finite(text_of(control, tag) or default, f"{said}: {tag}")
+        finite(_text_of(control, tag) or default, f"{said}: {tag}")
         for tag, default in (("multiplier", "1"), ("offset", "0"))
     )
     ends = sorted((scale * offset, scale * (1.0 + offset)))
     values = {"max_force": max(abs(x) for x in ends), "back_force": min(abs(x) for x in ends)}
     values = {key: value for key, value in values.items() if value > 0.0}
-    return Motor(THRUSTER, "", text_of(control, "jointName"), values, said)
+    return Motor(THRUSTER, "", _text_of(control, "jointName"), values, said)
 
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:
@@ -244,11 +451,11 @@ def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:
     reached = {} if conversion is None else _reached(plugin, conversion, said)
     values = {**reached, **values}
     dynamics = plugin.find("dynamics")
-    lag = "" if dynamics is None else text_of(dynamics, "timeConstant")
+    lag = "" if dynamics is None else _text_of(dynamics, "timeConstant")
     if lag:
         values["time_constant"] = abs(finite(lag, f"{said}: timeConstant"))
-    link = text_of(plugin, "linkName")
-    return Motor(THRUSTER, link, "" if link else text_of(plugin, "jointName"), values, said)
+    link = _text_of(plugin, "linkName")
+    return Motor(THRUSTER, link, "" if link else _text_of(plugin, "jointName"), values, said)
 
 
 def _reached(
@@ -263,12 +470,12 @@ def _reached(
     """
 
     def number(element: ElementTree.Element, tag: str) -> float | None:
-        text = text_of(element, tag)
+        text = _text_of(element, tag)
         return finite(text, f"{said}: {tag}") if text else None
 
     low, high = number(plugin, "clampMin"), number(plugin, "clampMax")
     given, forces = (
-        np.array([finite(w, f"{said}: {tag}") for w in text_of(conversion, tag).split()])
+        np.array([finite(w, f"{said}: {tag}") for w in _text_of(conversion, tag).split()])
         for tag in ("inputValues", "outputValues")
     )
     if len(given) != len(forces) or np.any(np.diff(given) <= 0.0):
@@ -327,7 +534,7 @@ def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynam
     if not any(used.values()):
         return
     link = next(
-        (text_of(plugin, t) for t in ("link_name", "bodyName", "linkName") if text_of(plugin, t)),
+        (_text_of(plugin, t) for t in ("link_name", "bodyName", "linkName") if _text_of(plugin, t)),
         "",
     )
     # derivatives of the force are negative in most files, inertias in some
@@ -349,15 +556,15 @@ def _fossen(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:
         model = link.find("hydrodynamic_model")
         if model is None:
             continue
-        added = six_by_six(model, "added_mass", said)
+        added = _six_by_six(model, "added_mass", said)
         flip = np.outer(_FLIP, _FLIP)
         left_out, rows = [], {}
         for key in ("linear_damping", "quadratic_damping"):
-            matrix = six_by_six(model, key, said)
+            matrix = _six_by_six(model, key, said)
             if matrix is not None and np.any(matrix - np.diag(np.diag(matrix))):
                 left_out.append(f"what couples axes in {key}")
             rows[key] = None if matrix is None else np.abs(np.diag(matrix))
-        under_way = six_by_six(model, FORWARD_SPEED, said)
+        under_way = _six_by_six(model, FORWARD_SPEED, said)
         if under_way is not None:
             # along x u abs(u) itself; across it is lift, see wings_of
             if np.any(under_way - np.diag(np.diag(under_way))) or under_way[3, 3]:
@@ -393,8 +600,8 @@ def _fluid_added_mass(root: ElementTree.Element) -> Iterator[Hydrodynamics]:
 
 def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
     for link in plugin.findall("link"):
-        text = text_of(link, "volume")
-        word = text_of(link, "neutrally_buoyant").lower()
+        text = _text_of(link, "volume")
+        word = _text_of(link, "neutrally_buoyant").lower()
         if word not in ("", "0", "1", "false", "true"):
             raise RobotError(
                 f"{said}: neutrally_buoyant='{word[:40]}' is not allowed.\n"
@@ -403,7 +610,7 @@ def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
         neutral = word in ("1", "true")
         if not (text or neutral):
             continue
-        centre = text_of(link, "center_of_buoyancy") or text_of(link, "center_of_volume")
+        centre = _text_of(link, "center_of_buoyancy") or _text_of(link, "center_of_volume")
         numbers = [finite(word, f"{said}: centre of volume") for word in centre.split()]
         volume = positive(text or "1", f"{said}: volume", "m^3")
         density = fluid_density(plugin, said)

@@ -9,7 +9,7 @@ from urllib.parse import unquote, urlparse
 from xml.etree import ElementTree
 
 from seals.errors import LogError, RobotError
-from seals.robot.macros import with_plain_comments
+from seals.robot.structure import with_plain_comments
 from seals.untrusted_io import plain_xml, read_text
 
 _LEVELS = 6

@@ -14,7 +14,7 @@ from seals.arrays import Floats
 from seals.errors import RobotError, refuse_unlisted, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.structure import numbers
-from seals.scaffold.plug_in_values import last_name
+from seals.scaffold.plug_ins import last_name
 from seals.scaffold.sdf_includes import with_includes
 from seals.scaffold.urdf import (
     ENDLESS,

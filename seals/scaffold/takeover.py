@@ -12,8 +12,13 @@ import numpy as np
 
 from seals.check.finding import listed
 from seals.errors import LogError, RobotError, suggestion
-from seals.robot.macros import expanded, holds_macros, with_plain_comments, with_plain_names
-from seals.robot.structure import check_structure
+from seals.robot.structure import (
+    check_structure,
+    expanded,
+    holds_macros,
+    with_plain_comments,
+    with_plain_names,
+)
 from seals.scaffold.ledger import left_out
 from seals.scaffold.meshes import copy_meshes
 from seals.scaffold.mjcf import urdf_of_mjcf

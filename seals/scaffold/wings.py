@@ -10,8 +10,8 @@ import numpy as np
 
 from seals.frames import rpy_of
 from seals.scaffold.motors import LIQUID
+from seals.scaffold.plug_ins import Wing
 from seals.scaffold.urdf import UrdfDraft, refuse_unknown
-from seals.scaffold.wing_plug_ins import Wing
 from seals.scaffold.writing import plain
 
 

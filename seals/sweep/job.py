@@ -1,22 +1,95 @@
-"""One job of a sweep: skipped when done, resumed when interrupted, logged at its end."""
+"""One job of a sweep: skipped when done, resumed when interrupted, logged at its end.
+
+Before the start of a sweep the mode of its command and its jobs are composed as seldom as possible.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import importlib
 import os
+import re
 import shutil
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from seals.config.roots import conf_folders
 from seals.errors import ConfigError, DiskFull, LogError, SealsError
 from seals.logs.atomic import write_yaml
 from seals.logs.run_folder import LOCK, clear, held, open_own
 from seals.sweep.book import DONE, FAILED, REFUSED, Job, JobLock, claimed, read_jobs
 from seals.untrusted_io import read_plain_yaml
+
+WHOLE, REAL = re.compile(r"[-+]?\d+"), re.compile(r"[-+]?(\d+\.\d*|\.?\d+)([eE][-+]?\d+)?")
+
+
+@contextlib.contextmanager
+def checked_by_value() -> Iterator[None]:
+    """Reduce the jobs that Hydra's sweepers compose beforehand.
+
+    Hydra composes every job before the first one starts, in one process: with hundreds of them the
+    others wait for that. A wrong value is wrong in whatever company, so a job is composed only for
+    a value that none before it had; and where one whole number can be composed, so can another.
+    What is wrong only together, or out of its bounds, is refused when its job begins.
+    """
+    from hydra.plugins.sweeper import Sweeper
+
+    before = Sweeper.validate_batch_is_legal
+
+    def check(self: Any, batch: Sequence[Sequence[str]]) -> None:
+        before(self, newcomers(batch))
+
+    Sweeper.validate_batch_is_legal = check  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        Sweeper.validate_batch_is_legal = before  # type: ignore[method-assign]
+
+
+def sets_mode(words: Sequence[str]) -> bool:
+    """Return whether a word, or a file of an installed package, may set ``hydra.mode``."""
+    if any(re.search(r"hydra(/|=|\.mode|\.searchpath)", word) for word in words):
+        return True
+    return any(
+        re.search(rb"\bmode\s*:\s*\W?MULTIRUN\b", file.read_bytes())
+        for _, folder in conf_folders()
+        for file in folder.rglob("*.yaml")
+    )
+
+
+def newcomers(batch: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """Return the jobs with an override of a kind that no earlier job has.
+
+    Example:
+        >>> newcomers([["a=x", "b=1"], ["a=x", "b=2"], ["a=y", "b=1"], ["a=y", "b=2.5"]])
+        [['a=x', 'b=1'], ['a=y', 'b=1'], ['a=y', 'b=2.5']]
+    """
+    seen: set[str] = set()
+    found = []
+    for words in batch:
+        kinds = {kind(word) for word in words}
+        if not seen.issuperset(kinds):
+            found.append(words)
+            seen |= kinds
+    return found
+
+
+def kind(word: str) -> str:
+    """Return an override with a number in it replaced by its type, as a key for comparison.
+
+    Example:
+        >>> kind("seed=12"), kind("a.b=-1.5e3"), kind("robot=crab"), kind("+x@y=z")
+        ('seed=whole', 'a.b=real', 'robot=crab', '+x@y=z')
+    """
+    key, equals, value = word.partition("=")
+    for pattern, name in ((WHOLE, "whole"), (REAL, "real")):
+        if pattern.fullmatch(value):
+            return f"{key}{equals}{name}"
+    return word
+
 
 SAID = "stdout.txt"
 """What a job printed, in its folder: on the terminal a sweep has one line for each job."""
@@ -60,7 +133,7 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
         if before is not None and before.state == DONE:
             return before.code
         stack.enter_context(held(folder))
-        if goes_on(folder, config, hydra, words, before):
+        if _goes_on(folder, config, hydra, words, before):
             with open_dict(config):
                 config.resume = str(folder)
         else:
@@ -104,7 +177,7 @@ def _done(
     return job.code
 
 
-def goes_on(
+def _goes_on(
     folder: Path, config: Any, hydra: Any, words: Sequence[str], before: Job | None
 ) -> bool:
     """Return whether a job resumes from its checkpoint; checkpoints of other jobs are removed.

@@ -1,4 +1,7 @@
-"""Progress of a sweep: one line per job with the remaining time, and a final summary."""
+"""Progress of a sweep: one line per job with the remaining time, and a final summary.
+
+Its run folders are named by date and time.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,12 @@ import threading
 import time
 from collections.abc import Collection, Iterator, Sequence
 from contextvars import ContextVar
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 from hydra.experimental.callback import Callback
-from omegaconf import read_write
+from omegaconf import OmegaConf, read_write
 
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_json
@@ -23,8 +27,65 @@ from seals.logs.run_folder import Claim
 from seals.run.progress import spoken
 from seals.sweep.book import DONE, LOCK, NOTE, REFUSED, TABLE, Job, opened, read_jobs
 from seals.sweep.metrics import best_of
-from seals.sweep.place import place, same_place
 from seals.untrusted_io import read_json
+
+
+def fresh_folder(path: Path) -> Path:
+    """Create a new folder and return it; a number is appended when the path exists.
+
+    Example:
+        >>> import tempfile
+        >>> folder = Path(tempfile.mkdtemp()) / "12-00-00_ball"
+        >>> fresh_folder(folder).name, fresh_folder(folder).name
+        ('12-00-00_ball', '12-00-00_ball_2')
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for number in count(1):
+        folder = path if number == 1 else path.with_name(f"{path.name}_{number}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        break
+    return folder
+
+
+def place(config: Any, kind: str) -> None:
+    """Create the folder of a run or sweep; add a number when it exists.
+
+    A folder that a word names is the user's own business.
+
+    Args:
+        config: composed by Hydra, before it makes a folder.
+        kind: ``run`` or ``sweep``.
+
+    Raises:
+        ConfigError: the run's name cannot be part of a folder's name.
+        OSError: it cannot be made.
+    """
+    hydra, key = config.hydra, f"hydra.{kind}.dir"
+    named = any(word.partition("=")[0].lstrip("+") == key for word in hydra.overrides.hydra)
+    raw = OmegaConf.to_container(hydra[kind], resolve=False)
+    assert isinstance(raw, dict)
+    if named or "${now:" not in str(raw["dir"]):
+        return
+    folder = str(fresh_folder(Path(hydra[kind].dir)))
+    with read_write(hydra):
+        hydra[kind].dir = folder
+        # jobs of a sweep are composed anew, from these words
+        quoted = folder.replace("'", "\\'")
+        hydra.overrides.hydra.append(f"{key}='{quoted}'")
+
+
+def _same_place(given: Any, folder: Path) -> bool:
+    """Return whether a setting names a folder; False where it is not set.
+
+    Example:
+        >>> _same_place("runs/a/", Path("runs/a")), _same_place(None, Path("."))
+        (True, False)
+    """
+    return given is not None and Path(str(given)).resolve() == folder.resolve()
+
 
 HYDRAS = "multirun.yaml"
 """Hydra's own note in the folder of a sweep."""
@@ -282,7 +343,7 @@ class Watch(Callback):
             sweep = _PRESENT.get()
             if sweep is not None and config.hydra.output_subdir is not None:
                 folder = Path(config.hydra.run.dir).absolute()
-                goes_on = same_place(config.get("resume"), folder)
+                goes_on = _same_place(config.get("resume"), folder)
                 # a run that is looked at has a process of its own
                 sweep.claim.take(folder, goes_on=goes_on, keep=sweep.verb != "view")
         except Exception as cause:

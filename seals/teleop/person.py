@@ -11,8 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control import Plant, RobotState
-from seals.control.key_events import Event
-from seals.control.keymap import CONTROLS
+from seals.control.key_events import CONTROLS, Event
 from seals.errors import ConfigError, optional_import
 from seals.multibody.tree import forward
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.tensor_compiler.grids import (
+from seals.tensor_compiler.columns import (
     Grid,
     along,
     blocks,

@@ -9,13 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.plugin_options import options_of
 from seals.sensors.delivery import NEW, Delivery, Values
-from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
-from seals.sensors.protocol import Sensor, SensorInput
+from seals.sensors.protocol import OnboardState, RobotEquipment, Sensor, SensorInput
 from seals.sensors.surroundings import Surroundings
 from seals.testing.contract import class_of, require, require_storable
 from seals.testing.declaration import check_declaration

@@ -30,12 +30,10 @@ from seals.errors import ConfigError
 from seals.fluid import BodyStates, Fluid, SeaOfFluid
 from seals.motion import Inputs, Joints, Motion, Wrench
 from seals.multibody.equations import Assembly
-from seals.multibody.kinematics import Kinematics, LinkVelocities
-from seals.multibody.rows import link_motion
+from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
-from seals.sensors.onboard import OnboardState, spins
-from seals.sensors.protocol import Sensor
+from seals.sensors.protocol import OnboardState, Sensor, spins
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
 from seals.world.compiled import CompiledStep

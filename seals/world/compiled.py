@@ -20,8 +20,7 @@ from seals.environment.sampler import build_surroundings, hulls_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.motion import Inputs, Joints, Motion
-from seals.multibody.kinematics import Kinematics, LinkVelocities
-from seals.multibody.rows import link_motion
+from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.robot.model import RobotModel
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain

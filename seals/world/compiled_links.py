@@ -15,8 +15,7 @@ from seals.environment.wetting import Wet, Wetting, WettingExact
 from seals.hydrostatics import Hull, HullCompound, HullTable
 from seals.hydrostatics.placed import HullPlaced
 from seals.motion import Body
-from seals.multibody.kinematics import Kinematics, LinkVelocities
-from seals.multibody.rows import link_motion
+from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 from seals.world.felt import LinkTrack, arms_of, axes_of, felt_by_links, mean_velocities

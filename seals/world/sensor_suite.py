@@ -16,9 +16,8 @@ from seals.plugin_options import options_of
 from seals.rendering.camera_view import CameraView, SceneView
 from seals.robot.model import RobotModel
 from seals.sensors.delivery import INSTANT, NEW, Delivery, Line, Values
-from seals.sensors.onboard import OnboardState, RobotEquipment
 from seals.sensors.options import SensorOptions
-from seals.sensors.protocol import NOBODY, Sensor, SensorInput
+from seals.sensors.protocol import NOBODY, OnboardState, RobotEquipment, Sensor, SensorInput
 from seals.sensors.rays import Shape
 from seals.sensors.surroundings import Surroundings
 from seals.world.readings import Faults, Past

@@ -15,7 +15,7 @@ import yaml
 from seals import registry
 from seals.cli.main import VERBS
 from seals.config.compose import compose
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.errors import SealsError
 from seals.experiments.water_validation import CASES
 

@@ -15,7 +15,7 @@ import yaml
 
 from seals import registry
 from seals.cli.main import VERBS
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.logs.channels import CHANNELS
 from seals.schema import parameters_of
 

@@ -11,11 +11,11 @@ import pytest
 from seals.api import load_robot
 from seals.config.compose import compose
 from seals.control import RobotState
-from seals.learn.world_hash import world_config
+from seals.learn.metadata import world_config
 from seals.multibody.tree import forward
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import Pattern, duty_of, phases_of
-from seals.plugins.controllers.walking.support import LIGHT, Support
+from seals.plugins.controllers.walking.walker import LIGHT, Support
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 from seals.run.build import run_settings

@@ -11,7 +11,7 @@ from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.controllers.walking import Gait, Oscillators, Pattern
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
 from seals.plugins.controllers.walking.pattern import duty_of, phases_of
-from seals.plugins.controllers.walking.stride import cadence, toes_of
+from seals.plugins.controllers.walking.walker import cadence, toes_of
 from seals.robot.build import build_robot
 from seals.run.build import run_settings
 

@@ -27,8 +27,7 @@ from seals.plugins.controllers.channels import Channels
 from seals.run.assembly import ROBOT, build_world
 from seals.run.build import run_settings
 from seals.teleop.autopilot.ardupilot import ArduPilot
-from seals.teleop.autopilot.flight_state import FlightState, flight_state
-from seals.teleop.autopilot.track import Track, read_track
+from seals.teleop.autopilot.link import FlightState, Track, flight_state, read_track
 
 FAKE = Path(__file__).with_name("fake_ardupilot.py")
 RATE = 250

@@ -159,7 +159,7 @@ def test_a_followed_run_runs_none_of_it(mark: Path) -> None:
 
 def test_the_trial_of_egl_runs_none_of_it(mark: Path) -> None:
     """The process that tries out a driver, whether there is one or not."""
-    from seals.plugins.viewers.bullet.egl import try_out
+    from seals.plugins.viewers.bullet.renderer import try_out
 
     with pytest.raises(MissingExtra):
         try_out("/no/such/plug-in.so")

@@ -10,9 +10,8 @@ import pytest
 
 from seals.cli.main import main
 from seals.config.checks import refuse_growth
-from seals.config.choices import wrong_choices
 from seals.config.compose import compose
-from seals.config.strangers import refuse_commands
+from seals.config.strangers import refuse_commands, wrong_choices
 from seals.errors import ConfigError
 from seals.run.replay_config import recalled
 

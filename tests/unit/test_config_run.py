@@ -8,7 +8,7 @@ import pytest
 
 from seals import registry
 from seals.config.compose import compose
-from seals.config.recipes import experiments, recipe_groups
+from seals.config.roots import experiments, recipe_groups
 from seals.config.source import robot_names
 from seals.errors import ConfigError, RobotError, SealsError, UnknownPlugin
 from seals.robot.robot_file import read_robot

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from seals import registry
-from seals.config.recipes import recipe_groups
+from seals.config.roots import recipe_groups
 from seals.logs.channels import CHANNELS
 from seals.logs.check_meta import check_meta
 from seals.run import build_world

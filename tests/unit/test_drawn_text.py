@@ -12,9 +12,8 @@ import pytest
 from seals.cli.main import main
 from seals.drawn_text import in_markdown, in_table
 from seals.logs.atomic import write_table
-from seals.report.blocks import Paragraph, Section
 from seals.report.figures import Chart, Mark, Series
-from seals.report.page import page
+from seals.report.page import Paragraph, Section, page
 from seals.report.pictures import figure_class, log_scale, write_picture
 from seals.sweep.book import Job, claimed, read_jobs
 

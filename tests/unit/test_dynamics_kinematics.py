@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from seals.frames import exponential, matrix_of, multiply, normalised
-from seals.multibody.kinematics import Kinematics
-from seals.multibody.rows import link_motion
+from seals.multibody.kinematics import Kinematics, link_motion
 from seals.multibody.tree import Tree, forward
 
 Floats = NDArray[np.float64]

@@ -10,9 +10,8 @@ import pytest
 from seals.frames import MANY, matrix_of, normalised
 from seals.motion import Wrench
 from seals.multibody.equations import Assembly
-from seals.multibody.kinematics import Kinematics
+from seals.multibody.kinematics import Kinematics, link_motion
 from seals.multibody.linear import Factors, LeadFactors
-from seals.multibody.rows import link_motion
 from seals.multibody.spatial import rigid_inertia
 from seals.multibody.tree import Tree, forward
 from tests.unit.test_dynamics_kinematics import Floats, random_tree

@@ -20,10 +20,10 @@ from seals.cli.main import main
 from seals.config import roots
 from seals.config.compose import compose
 from seals.config.foreign_values import refuse_values
-from seals.environment.ground_settings import ObstacleSettings
+from seals.environment.settings import ObstacleSettings
 from seals.errors import ConfigError
 from seals.field_roles import Role, parts_of, roles, roles_of
-from seals.learn.evaluation.variants import Variant
+from seals.learn.evaluation.application import Variant
 from seals.logs.shipped import find_log
 from seals.run.object_settings import ObjectSettings
 

@@ -18,8 +18,8 @@ from seals.plugins.fluids.sampling import (
     sample_pieces,
     thickness,
 )
-from seals.plugins.fluids.sampling.faces import PITCH, fine_face
-from seals.plugins.fluids.sampling.meshes import is_closed, sample_closed, sample_sheet
+from seals.plugins.fluids.sampling.pieces import is_closed, sample_closed, sample_sheet
+from seals.plugins.fluids.sampling.shapes import PITCH, fine_face
 from seals.robot.pieces import Piece
 
 D = 0.02

@@ -8,19 +8,24 @@ import numpy as np
 import pytest
 
 from seals.environment.ground import Solid
-from seals.environment.ground_settings import ObstacleSettings
 from seals.environment.linear_waves import flap_gain, jonswap, piston_gain, wavenumber
+from seals.environment.settings import ObstacleSettings
 from seals.errors import ConfigError, PhysicsError
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.fluids.coupling import HeightField, clear_of, refuse_large
 from seals.plugins.fluids.sampling import Samples
-from seals.plugins.fluids.sampling.solids import sample_solid
 from seals.plugins.fluids.tank.basin import (
     Basin,
     build_basin,
     walls_of,
 )
-from seals.plugins.fluids.tank.paddle import Paddle, PaddlePlate
+from seals.plugins.fluids.tank.fluid import (
+    Paddle,
+    PaddlePlate,
+    apply_beach,
+    apply_wind,
+    sample_solid,
+)
 from seals.plugins.fluids.tank.settings import (
     BeachSettings,
     Maker,
@@ -28,7 +33,6 @@ from seals.plugins.fluids.tank.settings import (
     SeaState,
     WindSettings,
 )
-from seals.plugins.fluids.tank.simulation import apply_beach, apply_wind
 
 G = 9.81
 

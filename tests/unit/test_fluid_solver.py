@@ -15,8 +15,8 @@ from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.coupling import ParticleFluid
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.solver import Domain, Exchange, ParticleSolver, Snapshot
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.dfsph.settings import DfsphSettings
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
 from seals.plugins.fluids.tank import FluidParticles
 from seals.plugins.waves.still import WaveStill
 from seals.robot.pieces import Piece

@@ -15,6 +15,7 @@ from seals.experiments.open_sea.measures import measures
 from seals.experiments.open_sea.tow import Tow, towed
 from seals.plugins.fluids.moving_domain import FluidWindow
 from seals.plugins.fluids.moving_domain.box import Box
+from seals.plugins.fluids.moving_domain.fluid import LevelController
 from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.fluids.moving_domain.refusals import (
     refuse_astray,
@@ -22,7 +23,6 @@ from seals.plugins.fluids.moving_domain.refusals import (
     refuse_large_robot,
     refuse_sea,
 )
-from seals.plugins.fluids.moving_domain.simulation import LevelController
 from seals.plugins.fluids.sampling import Samples
 from seals.plugins.waves.airy import WaveAiry
 from seals.plugins.waves.sea import Spectrum, WaveSea

@@ -17,11 +17,11 @@ import pytest
 
 from seals.cli.train import _begun
 from seals.control.key_events import read_track
-from seals.coupling.locked import locked_kick
+from seals.coupling.body import locked_kick
 from seals.errors import ConfigError, LogError, PhysicsError, RobotError
 from seals.hydrostatics.meshes import MOST_WORK, hull_from_mesh
 from seals.learn.comparison.runs import read_run
-from seals.learn.training.rows import Rows
+from seals.learn.training.loop import Rows
 from seals.logs.arrays import read_npy
 from seals.logs.check import refuse_if_bad
 from seals.logs.native import read_native

@@ -14,7 +14,7 @@ import yaml
 from seals.errors import ConfigError, LogError, RobotError
 from seals.learn.policy import load_policy
 from seals.logs import table
-from seals.plugins.readers.rosbag2_file import _opened
+from seals.plugins.readers.recording import _opened
 from seals.plugins.readers.ulog import ReaderUlog
 from seals.scaffold.takeover import Takeover
 from seals.untrusted_io import plain_yaml, read_bytes, regular_file

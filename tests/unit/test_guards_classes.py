@@ -14,8 +14,8 @@ from seals.config.compose import compose
 from seals.config.overlay import load_overlay
 from seals.config.strangers import refuse_commands, untrusted
 from seals.errors import ConfigError, RobotError
-from seals.robot.macros import expanded
 from seals.robot.robot_file import read_robot
+from seals.robot.structure import expanded
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 

@@ -16,7 +16,7 @@ import pytest
 from seals.errors import ConfigError
 from seals.teleop.autopilot import ardupilot
 from seals.teleop.autopilot.ardupilot import ArduPilot
-from seals.teleop.autopilot.flight_state import FlightState
+from seals.teleop.autopilot.link import FlightState
 from tests.unit.test_hostile_peers import ended
 
 

@@ -213,7 +213,7 @@ def _turn(rate: float) -> Any:
 def peers() -> Iterator[tuple[Any, Any, Any]]:
     """Return the session of a node that listens, that of a peer of it, and the library."""
     zenoh = pytest.importorskip("zenoh", reason="needs aam-seals[ros2]")
-    from seals.plugins.live.zenoh_node import session_of
+    from seals.plugins.live.ros2 import session_of
 
     with socket.socket() as ear:
         ear.bind(("127.0.0.1", 0))

@@ -19,7 +19,7 @@ from seals.errors import LogError
 from seals.logs.column_map import ColumnMap
 from seals.logs.content import reader_by_content
 from seals.logs.csv import read_csv
-from seals.plugins.readers import dataflash_file, rosbag1_file, tlog_file
+from seals.plugins.readers import dataflash, recording, tlog
 from seals.plugins.readers.betaflight import ReaderBetaflight
 from seals.plugins.readers.dataflash import ReaderDataflash
 from seals.plugins.readers.matlab import ReaderMatlab
@@ -89,17 +89,17 @@ def test_bytes_of_no_message_are_given_up_early(monkeypatch: pytest.MonkeyPatch)
             return super().find(*words)
 
     with pytest.raises(LogError, match="belong to no message"):
-        dataflash_file.parse(Counted(HEAD * 10_000), where="a.bin")
+        dataflash.parse(Counted(HEAD * 10_000), where="a.bin")
     assert len(looked) < 1_100
 
 
 def test_messages_of_all_logs_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     """The shortest messages make the longest work: their number is bounded, of packets, too."""
-    monkeypatch.setattr(dataflash_file, "_MOST_MESSAGES", 100)
+    monkeypatch.setattr(dataflash, "_MOST_MESSAGES", 100)
     raw = flash(66, "AAA", "B", "A", [(1,)] * 99)
-    dataflash_file.parse(raw, where="a.bin")
+    dataflash.parse(raw, where="a.bin")
     with pytest.raises(LogError, match="more than 100 messages"):
-        dataflash_file.parse(raw + raw, where="a.bin")
+        dataflash.parse(raw + raw, where="a.bin")
 
 
 def test_packets_and_gaps_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,13 +107,13 @@ def test_packets_and_gaps_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pymavlink", reason="pymavlink is not installed")
     stamp = struct.pack(">Q", 1_700_000_000_000_000)
     packet = stamp + b"\xfe\0\0\1\1\0" + bytes(2)
-    monkeypatch.setattr(tlog_file, "_MOST_PACKETS", 100)
-    tlog_file.parse(packet * 100, where="a.tlog")
+    monkeypatch.setattr(tlog, "_MOST_PACKETS", 100)
+    tlog.parse(packet * 100, where="a.tlog")
     with pytest.raises(LogError, match="more than 100 packets"):
-        tlog_file.parse(packet * 101, where="a.tlog")
+        tlog.parse(packet * 101, where="a.tlog")
     gaps = packet + (b"\0\3" * 4 + b"\xfd\3" * 4) * 100
     with pytest.raises(LogError, match="more than 100 packets and gaps"):
-        tlog_file.parse(gaps + packet * 200, where="a.tlog")
+        tlog.parse(gaps + packet * 200, where="a.tlog")
 
 
 def record(header: dict[str, bytes], data: bytes) -> bytes:
@@ -133,7 +133,7 @@ def test_a_bag_unpacks_to_so_many_times_its_size(tmp_path: Path) -> None:
     """A few hundred bytes become no gigabytes, chunk by chunk."""
     index = record({"op": b"\x04"}, bytes(1 << 20))
     file = tmp_path / "a.bag"
-    file.write_bytes(rosbag1_file.MAGIC + chunk(index) * 30)
+    file.write_bytes(recording.MAGIC + chunk(index) * 30)
     assert file.stat().st_size < 10_000
     with pytest.raises(LogError, match="unpacks to more than"):
         ReaderRosbag1().read(file)
@@ -142,7 +142,7 @@ def test_a_bag_unpacks_to_so_many_times_its_size(tmp_path: Path) -> None:
 def test_zeros_are_no_records(tmp_path: Path) -> None:
     """A record says what it is: sixty megabytes of zeros would be eight million of them."""
     file = tmp_path / "a.bag"
-    file.write_bytes(rosbag1_file.MAGIC + bytes(1000))
+    file.write_bytes(recording.MAGIC + bytes(1000))
     with pytest.raises(LogError, match="does not state its type"):
         ReaderRosbag1().read(file)
 
@@ -297,7 +297,7 @@ def test_a_chunk_of_a_bag_unpacks_no_further_than_it_declares(tmp_path: Path) ->
     """Sixty-four megabytes that call themselves ten bytes are never there."""
     file = tmp_path / "a.bag"
     header = {"op": b"\x05", "compression": b"bz2", "size": struct.pack("<I", 10)}
-    file.write_bytes(rosbag1_file.MAGIC + record(header, bz2.compress(bytes(1 << 26))))
+    file.write_bytes(recording.MAGIC + record(header, bz2.compress(bytes(1 << 26))))
     tracemalloc.start()
     try:
         with pytest.raises(LogError, match="holds other than the 10 bytes"):
@@ -311,7 +311,7 @@ def test_a_record_ends_in_its_chunk(tmp_path: Path) -> None:
     """One that declares more is not read by what is left of it."""
     file = tmp_path / "a.bag"
     cut = record({"op": b"\x04"}, bytes(100))[:-50]
-    file.write_bytes(rosbag1_file.MAGIC + chunk(cut))
+    file.write_bytes(recording.MAGIC + chunk(cut))
     with pytest.raises(LogError, match="reaches beyond its chunk"):
         ReaderRosbag1().read(file)
 
@@ -324,7 +324,7 @@ def test_a_packet_with_a_wrong_checksum_is_none() -> None:
     mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
     stamp = struct.pack(">Q", 1_700_000_000_000_000)
     packet = bytearray(dialect.MAVLink_heartbeat_message(2, 3, 81, 0, 4, 3).pack(mav))
-    sound = tlog_file.parse(stamp + bytes(packet), where="a.tlog")
+    sound = tlog.parse(stamp + bytes(packet), where="a.tlog")
     assert [name for _, _, name in sound] == ["HEARTBEAT"]
     packet[-3] ^= 1
-    assert not tlog_file.parse(stamp + bytes(packet), where="a.tlog")
+    assert not tlog.parse(stamp + bytes(packet), where="a.tlog")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from seals.hydrostatics import HullBox, HullCylinder, HullMesh, HullTable, sharing
+from seals.hydrostatics import HullBox, HullCylinder, HullMesh, HullTable, table
 from seals.hydrostatics.fused import HullFused, Part
 from seals.hydrostatics.octahedron import OctahedralTable
 from seals.hydrostatics.samples import HullSamples
@@ -47,8 +47,8 @@ def built(monkeypatch: pytest.MonkeyPatch) -> list[OctahedralTable]:
         own(self, *given, **more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(OctahedralTable, "__init__", noted)
-    sharing._SHARED.clear()
-    sharing._RECENT.clear()
+    table._SHARED.clear()
+    table._RECENT.clear()
     return found
 
 
@@ -78,13 +78,13 @@ def test_other_hulls_and_resolutions_have_their_own(built: list[OctahedralTable]
 
 def test_tables_that_no_hull_uses_are_few(built: list[OctahedralTable]) -> None:
     """Beyond the latest ones, a table goes with the last hull that used it."""
-    for k in range(sharing.RECENT + 3):
+    for k in range(table.RECENT + 3):
         HullTable.build(wedge(1.0 + k), **COARSE)
     gc.collect()
-    assert len(built) == sharing.RECENT + 3
+    assert len(built) == table.RECENT + 3
     built.clear()
     gc.collect()
-    assert len(sharing._SHARED) == sharing.RECENT
+    assert len(table._SHARED) == table.RECENT
 
 
 def test_a_hull_of_functions_keeps_its_table_to_itself(built: list[OctahedralTable]) -> None:
@@ -101,4 +101,4 @@ def test_a_hull_of_functions_keeps_its_table_to_itself(built: list[OctahedralTab
         HullTable.build(Drawn(lambda x, k=k: x * k), **COARSE)
     assert len(built) == 2
     with pytest.raises(TypeError, match="function has no digest"):
-        sharing.shape_digest(Drawn(lambda x: x))
+        table.shape_digest(Drawn(lambda x: x))

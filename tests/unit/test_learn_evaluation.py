@@ -19,7 +19,8 @@ from seals.errors import ConfigError
 from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record
-from seals.learn.evaluation.page import write_results
+from seals.learn.evaluation.application import variants_of
+from seals.learn.evaluation.page import rows_of, sentences, write_results
 from seals.learn.evaluation.policies import (
     PolicyKeys,
     PolicyRandom,
@@ -27,10 +28,8 @@ from seals.learn.evaluation.policies import (
     policy_of,
 )
 from seals.learn.evaluation.result import summarise
-from seals.learn.evaluation.variants import variants_of
-from seals.learn.evaluation.words import rows_of, sentences
+from seals.learn.metadata import _placeless, world_hash
 from seals.learn.statistics.interval import wilson
-from seals.learn.world_hash import _placeless, world_hash
 
 torch = pytest.importorskip("torch", reason="the extra learn is not installed")
 pytest.importorskip("torchrl", reason="the extra learn is not installed")

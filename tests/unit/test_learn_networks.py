@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.learn.augmentation import random_shift
+from seals.learn.actor_critic import HIGHEST, LOWEST, TanhNormal
 from seals.learn.networks import actor_of, description, mlp, policy_of
 from seals.learn.scaling import RunningNormaliser, transform_reward
-from seals.learn.seeding import first_weights, generator_of
-from seals.learn.tanh_normal import HIGHEST, LOWEST, TanhNormal
+from seals.learn.starts import first_weights, generator_of
+from seals.plugins.learners.visual_sac import random_shift
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")

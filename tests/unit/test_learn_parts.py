@@ -12,9 +12,9 @@ pytest.importorskip("torchrl", reason="learning needs torchrl: pip install 'aam-
 from tensordict import TensorDict  # noqa: E402  what follows needs it
 
 from benchmarks import learning_parts as parts  # noqa: E402
+from seals.learn.actor_critic import TanhNormal  # noqa: E402
 from seals.learn.replay.returns import Returns  # noqa: E402
-from seals.learn.seeding import generator_of  # noqa: E402
-from seals.learn.tanh_normal import TanhNormal  # noqa: E402
+from seals.learn.starts import generator_of  # noqa: E402
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.learn.replay.memory import Memory
+from seals.learn.replay.memory import Memory, Prioritised, Sampler
 from seals.learn.replay.returns import Returns, of_episodes
-from seals.learn.replay.samplers import Prioritised, Sampler
-from seals.learn.seeding import generator_of
+from seals.learn.starts import generator_of
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")

@@ -131,7 +131,7 @@ def test_what_cannot_be_seen_is_refused_in_words(words: list[str], said: str) ->
 
 def test_a_world_without_cameras_is_named_as_before() -> None:
     """Frames and ball make no other world of one that shows no pictures."""
-    from seals.learn.world_hash import world_hash
+    from seals.learn.metadata import world_hash
 
     plain, other = (compose(["env=reach", *w], root="learn") for w in ([], ["ball=0.2"]))
     assert world_hash(plain) == world_hash(other)

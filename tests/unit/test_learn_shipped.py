@@ -10,8 +10,8 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError, LogError
+from seals.learn.metadata import world_hash
 from seals.learn.shipped import DEMONSTRATIONS, demonstrations_folder, shipped
-from seals.learn.world_hash import world_hash
 
 pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 

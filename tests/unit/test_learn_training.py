@@ -24,8 +24,7 @@ from seals.learn.networks import description
 from seals.learn.policy import load_policy
 from seals.learn.starts import validation_seeds
 from seals.learn.training.checkpoint import FILE, read_checkpoint, write_checkpoint
-from seals.learn.training.loop import Training
-from seals.learn.training.rows import Rows
+from seals.learn.training.loop import Rows, Training
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import score
 from seals.plugins.learners.bc import BC

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.plugins.readers.crazyflie import ReaderCrazyflie
-from seals.plugins.readers.crazyflie_log import parse
+from seals.plugins.readers.crazyflie import ReaderCrazyflie, parse
 
 NAMES = [f"acc.{x}(f)" for x in "xyz"] + [f"gyro.{x}(f)" for x in "xyz"]
 NAMES += [f"motor.m{k}(H)" for k in (1, 2, 3, 4)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from seals.logs.check_filled import check_filled
+from seals.logs.check_values import check_filled
 from seals.logs.log import Log
 
 TIME = 1e-3 * np.arange(8000)

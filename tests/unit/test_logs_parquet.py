@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.logs import parquet_pages, table
+from seals.logs import table
 from seals.logs.table import read_parquet
 
 pa = pytest.importorskip("pyarrow")
@@ -134,7 +134,7 @@ def _bomb(file: Path, *, zeros: int) -> None:
     _write(file, {"t": np.arange(10.0)}, use_dictionary=False, write_statistics=False)
     raw, about = file.read_bytes(), parquet.ParquetFile(file).metadata.row_group(0).column(0)
     start, length = about.data_page_offset, about.total_compressed_size
-    header, taken = parquet_pages.read_struct(raw[start:])
+    header, taken = table.read_struct(raw[start:])
     packed = zstandard.compress(bytes(zeros))
     sizes = b"\x15" + _zigzag(zeros) + b"\x15" + _zigzag(len(packed))
     old = b"\x15" + _zigzag(header[2]) + b"\x15" + _zigzag(header[3])
@@ -168,8 +168,8 @@ def test_a_large_footer_is_refused(tmp_path: Path) -> None:
 
 def test_many_pages_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A page may hold one number; their count is bounded."""
-    assert parquet_pages.MOST_PAGES == 200_000
-    monkeypatch.setattr(parquet_pages, "MOST_PAGES", 9)
+    assert table.MOST_PAGES == 200_000
+    monkeypatch.setattr(table, "MOST_PAGES", 9)
     _write(tmp_path / "a.parquet", {"t": np.random.default_rng(0).random(100)}, row_group_size=10)
     with pytest.raises(LogError, match="more than 9 pages"):
         read_parquet(tmp_path / "a.parquet")
@@ -218,4 +218,4 @@ def test_a_damaged_page_header_is_refused(tmp_path: Path) -> None:
     """Cut short, without end, or nested: no header is read beyond its bounds."""
     for raw in (b"", b"\x15", b"\x15" + b"\xff" * 20, b"\x1c" * 100, b"\x19\xf8\xff\xff\xff\x0f"):
         with pytest.raises((IndexError, ValueError)):
-            parquet_pages.read_struct(raw)
+            table.read_struct(raw)

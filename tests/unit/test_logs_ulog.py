@@ -174,6 +174,6 @@ def test_messages_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     """Of three bytes each, a file of the largest size would hold fifty million."""
     file = _file(tmp_path, {"vehicle_attitude": EAST})
     ReaderUlog().read(file)
-    monkeypatch.setattr("seals.plugins.readers.ulog_file._MOST_MESSAGES", COUNT)
+    monkeypatch.setattr("seals.plugins.readers.ulog._MOST_MESSAGES", COUNT)
     with pytest.raises(LogError, match="more than 50 messages"):
         ReaderUlog().read(file)

@@ -15,8 +15,8 @@ import pytest
 
 from seals.errors import RobotError
 from seals.isolated_reading import bound
-from seals.robot import macros, macros_child
-from seals.robot.macros import expanded
+from seals.robot import macros_child, structure
+from seals.robot.structure import expanded
 
 pytest.importorskip("xacro", reason="xacro is not installed")
 SPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -126,7 +126,7 @@ def test_hostile_macros_end_in_words(place: Path, name: str) -> None:
         assert "hunter2" not in str(refusal.value)
     else:
         assert "hunter2" not in expanded(place / "a.xacro")
-    assert time.monotonic() - start < macros.PATIENCE + 5.0
+    assert time.monotonic() - start < structure.PATIENCE + 5.0
     assert not (place / "mark").exists()
 
 
@@ -173,8 +173,8 @@ def test_the_process_gets_no_environment(place: Path, monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(subprocess, "run", run)
     expanded(place / "a.xacro")
-    assert set(seen["env"]) <= set(macros._KEPT)
-    assert seen["timeout"] == macros.PATIENCE
+    assert set(seen["env"]) <= set(structure._KEPT)
+    assert seen["timeout"] == structure.PATIENCE
     assert "-c" not in seen["words"]
 
 

@@ -21,7 +21,7 @@ from seals.rendering.optics import (
     SurfaceSum,
     ripples,
 )
-from seals.rendering.optics.blur import blurred, pixel_angle
+from seals.rendering.optics.chain import blurred, pixel_angle
 from seals.rendering.optics.optics import noisy, standard_normal
 from seals.schema import check_tree, parameters_of
 

@@ -13,8 +13,13 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.logs.parquet_pages import MOST_FOOTER_BYTES, read_struct
-from seals.logs.table import MOST_COLUMNS, read_csv_columns, read_parquet
+from seals.logs.table import (
+    MOST_COLUMNS,
+    MOST_FOOTER_BYTES,
+    read_csv_columns,
+    read_parquet,
+    read_struct,
+)
 
 pa = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")

@@ -17,7 +17,7 @@ import pytest
 from seals.caches import HOME
 from seals.errors import ConfigError, PhysicsError
 from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.pbf.choices import Search
+from seals.plugins.fluids.solvers.device_settings import Search
 from seals.plugins.fluids.solvers.pbf.engine import LOCKED, Engine
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.fluids.solvers.pbf.solver import SolverPbf

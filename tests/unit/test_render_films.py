@@ -19,8 +19,7 @@ from seals.errors import ConfigError, MissingExtra
 from seals.rendering import Lens
 from seals.rendering.optics.surface import SurfaceAiry
 from seals.view.films.application import prepare
-from seals.view.films.files import Frames, times_of
-from seals.view.films.film import write_film
+from seals.view.films.files import Frames, times_of, write_film
 from seals.view.films.settings import RenderSettings
 from seals.view.films.viewpoint import Viewpoint, Way, apparent, camera_of, in_picture
 
@@ -308,12 +307,12 @@ def test_no_codec_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A build without a codec for MP4 is named, and no film is left."""
-    from seals.view.films import film
+    from seals.view.films import files
 
     class Bare:
         codecs_available = frozenset({"gif"})
 
-    monkeypatch.setattr(film, "refuse_missing", Bare)
+    monkeypatch.setattr(files, "refuse_missing", Bare)
     with pytest.raises(MissingExtra, match="no codec"):
         write_film(tmp_path / "film.mp4", [tmp_path / "0.png"], 25.0)
     assert not list(tmp_path.iterdir())

@@ -12,11 +12,16 @@ import pytest
 
 from seals.errors import ConfigError, MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
-from seals.plugins.viewers.mitsuba import denoise as denoising
+from seals.plugins.viewers.mitsuba import renderer as denoising
 from seals.plugins.viewers.mitsuba import variant as variants
-from seals.plugins.viewers.mitsuba.building import backward_share, mean_cosine, medium_of
-from seals.plugins.viewers.mitsuba.photo import faded, wet_share
-from seals.plugins.viewers.mitsuba.textures import sand, sky_map
+from seals.plugins.viewers.mitsuba.building import (
+    backward_share,
+    mean_cosine,
+    medium_of,
+    sand,
+    sky_map,
+)
+from seals.plugins.viewers.mitsuba.renderer import faded, wet_share
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Poses, Scene, Shape
 from seals.rendering.optics import Optics, SurfaceAiry, SurfaceStill, water_of

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seals.errors import MissingExtra, SealsError
-from seals.report.drawing import Columns, drawn
+from seals.report.bars import Columns, drawn
 from seals.report.figures import MOST_POINTS, Chart, Mark, Series, lines
 from seals.report.pictures import write_picture
 from seals.report.style import AXES, colours_of

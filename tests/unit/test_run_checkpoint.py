@@ -16,7 +16,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.errors import ConfigError
-from seals.learn.training.rows import Rows
+from seals.learn.training.loop import Rows
 from seals.plugins.backends.pybullet import backend, trial
 from seals.run import checkpoint
 from seals.run.assembly import build_world
@@ -145,7 +145,7 @@ def test_a_class_that_writes_files_is_no_part_of_a_state(
 ) -> None:
     """The rows of a training write when they are made: a name of SEALS alone is no pass."""
     mark = tmp_path / "mark"
-    evil = {"r": "seals.learn.training.rows:Rows", "v": {"path": str(mark), "names": ["a"]}}
+    evil = {"r": "seals.learn.training.loop:Rows", "v": {"path": str(mark), "names": ["a"]}}
     forged(kept / checkpoint.STATE, entry("books", value=evil))
     with pytest.raises(ConfigError, match="not a registered record"):
         take_up(kept, flown)

@@ -11,8 +11,8 @@ from pyarrow import parquet
 
 from seals.cli.main import main
 from seals.logs.atomic import write_json, write_table, write_yaml
+from seals.sweep.application import read_conditions
 from seals.sweep.book import DONE, REFUSED, Job, claimed
-from seals.sweep.conditions import read_conditions
 from seals.sweep.rows import Row, find_rows
 
 

@@ -15,8 +15,7 @@ from seals.arrays import Floats
 from seals.logs.log import Log
 from seals.scaffold.datasheet import write_datasheet
 from seals.scaffold.disagreement import disagreement
-from seals.scaffold.flight_facts import flight_facts
-from seals.scaffold.torque import disturbing_torque, unexplained_force
+from seals.scaffold.flight_facts import disturbing_torque, flight_facts, unexplained_force
 
 STEP, ROWS = 0.01, 3000
 TIME = STEP * np.arange(ROWS)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 
 from seals.errors import RobotError
-from seals.robot.macros import expanded, holds_macros, with_plain_comments
+from seals.robot.structure import expanded, holds_macros, with_plain_comments
 from seals.scaffold import takeover
 from seals.scaffold.ledger import UNKNOWN, entries
 from seals.scaffold.mending import mended

@@ -17,13 +17,13 @@ from seals.api import make
 from seals.errors import ConfigError, MissingExtra, PhysicsError, SealsError
 from seals.plugins.sensors.camera import SensorCamera
 from seals.plugins.viewers.bullet import RendererEgl, RendererTiny
-from seals.plugins.viewers.bullet import egl as egl_module
+from seals.plugins.viewers.bullet import renderer as egl_module
+from seals.plugins.viewers.bullet.drawing import normals_of
 from seals.plugins.viewers.raycast import RendererRaycast
 from seals.rendering import OPTICAL, Cameras, Lens, Light, Poses, Renderer, Scene, Shape
-from seals.rendering.files import millimetres, png
 from seals.rendering.light import TABLE
-from seals.rendering.normals import normals_of
 from seals.rendering.optics import to_linear
+from seals.rendering.picture import millimetres, png
 from seals.rendering.scene import check_scene
 from seals.run.sight import renderer_of
 from seals.testing.inertial import felt
@@ -264,7 +264,7 @@ def test_normals_of_a_depth_picture_are_those_of_its_planes() -> None:
 
 def test_the_ray_caster_takes_many_sided_pieces_for_what_they_stand_for() -> None:
     """Balls, rods and boxes of triangles become primitives; a wedge keeps its faces."""
-    from seals.plugins.viewers.raycast.convex import solids_of
+    from seals.plugins.viewers.raycast.solids import solids_of
     from seals.rendering.meshes import triangles
 
     made = {
@@ -287,7 +287,7 @@ def test_the_ray_caster_takes_many_sided_pieces_for_what_they_stand_for() -> Non
 
 def test_two_pieces_that_touch_in_a_corner_stay_two() -> None:
     """Cubes that share one corner are two solids, not the hull of both."""
-    from seals.plugins.viewers.raycast.convex import solids_of
+    from seals.plugins.viewers.raycast.solids import solids_of
     from seals.rendering.meshes import triangles
 
     vertices, faces = triangles(Shape("box", (1.0, 1.0, 1.0), np.zeros(3), np.eye(3), WHITE, 1))

@@ -129,7 +129,7 @@ def test_a_silent_router_does_not_hold_an_end() -> None:
 def test_a_session_with_a_silent_router_opens_soon() -> None:
     """Whoever was called and says nothing is waited for a second, not ten."""
     pytest.importorskip("zenoh")
-    from seals.plugins.live.zenoh_node import session_of
+    from seals.plugins.live.ros2 import session_of
 
     with socket.create_server(("127.0.0.1", 0)) as server:
         place = f"tcp/127.0.0.1:{server.getsockname()[1]}"

@@ -167,7 +167,7 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "other entries": (lambda about: about.update(more=1), "other entries"),
     "other kind": (lambda about: about.update(kind="run"), "of the kind 'run'"),
     "foreign class": (
-        state({"r": "seals.learn.training.rows:Rows", "v": {"path": "x", "names": []}}),
+        state({"r": "seals.learn.training.loop:Rows", "v": {"path": "x", "names": []}}),
         "not a registered record",
     ),
     "function": (state({"r": "os:system", "v": {}}), "not a registered record"),

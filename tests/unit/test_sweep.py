@@ -315,10 +315,10 @@ def test_values_that_are_wrong_together_end_a_sweep_that_can_go_on(
 ) -> None:
     """A job that cannot be composed is refused when it begins; what ran before it stays."""
     from seals.run import application
-    from seals.sweep import checking
+    from seals.sweep import job
 
     monkeypatch.setattr(application, "execute", lambda config: 0)
-    monkeypatch.setattr(checking, "newcomers", lambda batch: batch[:1])
+    monkeypatch.setattr(job, "newcomers", lambda batch: batch[:1])
     words = ["run", "-m", "robot=ball", "seed=1,b", f"hydra.sweep.dir={tmp_path / 's'}"]
     assert main(words) == 2
     assert "seed" in capsys.readouterr().err

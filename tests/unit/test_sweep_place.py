@@ -17,7 +17,7 @@ from seals.cli.sweep import begun
 from seals.logs.atomic import write_json
 from seals.run import application
 from seals.sweep.book import read_jobs
-from seals.sweep.place import fresh_folder
+from seals.sweep.watch import fresh_folder
 
 DAY = Path("runs/2030-01-02")
 

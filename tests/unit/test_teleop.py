@@ -15,8 +15,15 @@ import yaml
 
 from seals.cli.main import main
 from seals.control import RobotState
-from seals.control.key_events import Event, held_after, read_track, write_track
-from seals.control.keymap import CONTROLS, stick_of, table
+from seals.control.key_events import (
+    CONTROLS,
+    Event,
+    held_after,
+    read_track,
+    stick_of,
+    table,
+    write_track,
+)
 from seals.errors import ConfigError, LogError, MissingExtra
 from seals.learn.demonstrations.episode import Who
 from seals.learn.demonstrations.folder import read
@@ -24,7 +31,7 @@ from seals.logs import Log
 from seals.logs.native import read_native
 from seals.plugins.guides.stick import Stick, StickState
 from seals.robot.limbs import Arm, Gripper
-from seals.teleop.demonstration import sampled
+from seals.teleop.application import sampled
 from seals.teleop.device import Script
 from seals.teleop.person import pygame_of, settled
 

@@ -50,7 +50,7 @@ def solids(kinds: tuple[str, ...], rng: np.random.Generator) -> list[Shape]:
 @pytest.mark.parametrize("kind", [*SIZES, "all"])
 def test_hits_are_those_of_numpy(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Distance, normal and shape of ten thousand rays, axes of the world among them."""
-    from seals.sensors.tensor_casting import scene_of, tensor_cast
+    from seals.sensors.tensor_echoes import scene_of, tensor_cast
 
     monkeypatch.setattr(casting, "_embree", lambda corners: None)
     casting._trees.clear()
@@ -64,12 +64,13 @@ def test_hits_are_those_of_numpy(kind: str, monkeypatch: pytest.MonkeyPatch) -> 
     scene = scene_of(shapes)
     corners = [torch.from_numpy(x.copy()) for x in scene.corners]
     given = (torch.from_numpy(x) for x in (origin, rays))
-    got = tensor_cast(torch.from_numpy(scene.table), scene.counts, corners, *given, farthest=12.0)
+    table = torch.from_numpy(scene.table)
+    way, normal, row = tensor_cast(table, scene.counts, corners, *given, farthest=12.0)
     met = np.isfinite(expected.distance)
     assert 1000 < met.sum() < 9900
-    np.testing.assert_allclose(got.distance.numpy(), expected.distance, rtol=1e-9)
-    np.testing.assert_allclose(got.normal.numpy()[met], expected.normal[met], atol=1e-6)
-    assert np.array(scene.order)[got.shape.numpy()[met]].tolist() == expected.shape[met].tolist()
+    np.testing.assert_allclose(way.numpy(), expected.distance, rtol=1e-9)
+    np.testing.assert_allclose(normal.numpy()[met], expected.normal[met], atol=1e-6)
+    assert np.array(scene.order)[row.numpy()[met]].tolist() == expected.shape[met].tolist()
 
 
 def felt(around: Surroundings, rpy: tuple[float, float, float]) -> SensorInput:

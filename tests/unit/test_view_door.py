@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from seals.plugins.viewers.browser import door as doors
-from seals.plugins.viewers.browser.door import Door
+from seals.plugins.viewers.browser import server as servers
+from seals.plugins.viewers.browser.server import Door
 
 viser = pytest.importorskip("viser", reason="viser is not installed")
 
@@ -209,9 +209,9 @@ def test_a_thousand_connections_do_no_harm(server: Any) -> None:
             line.connect(("127.0.0.1", port))
         lines.append(line)
     time.sleep(0.5)
-    assert len(server.door.open) <= doors.MOST_CONNECTIONS
+    assert len(server.door.open) <= servers.MOST_CONNECTIONS
     dropped = sum(_is_dropped(line) for line in lines)
-    assert dropped >= 1000 - doors.MOST_CONNECTIONS
+    assert dropped >= 1000 - servers.MOST_CONNECTIONS
     for line in lines:
         line.close()
     path = server.address[server.address.index("/", 8) :]
@@ -237,13 +237,13 @@ def _is_dropped(line: socket.socket) -> bool:
 def test_silent_connections_are_ended(server: Any) -> None:
     """Who says nothing keeps nobody else out for long."""
     line = socket.create_connection(("127.0.0.1", server.get_port()))
-    line.settimeout(doors.PATIENCE + 10.0)
+    line.settimeout(servers.PATIENCE + 10.0)
     line.sendall(b"GET / HT")
     start = time.monotonic()
     with contextlib.suppress(OSError):
         while line.recv(4096):
             pass
-    assert time.monotonic() - start < doors.PATIENCE + 5.0
+    assert time.monotonic() - start < servers.PATIENCE + 5.0
     line.close()
 
 
@@ -284,7 +284,7 @@ def test_the_door_stands_before_this_server_alone(server: Any) -> None:
     from websockets.asyncio import server as plain
 
     inside = plain.serve
-    with doors.closed_by(Door("127.0.0.1")):
+    with servers.closed_by(Door("127.0.0.1")):
         assert plain.serve is not inside
     assert plain.serve is inside
     assert inside.__module__ == "websockets.asyncio.server"

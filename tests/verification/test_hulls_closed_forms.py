@@ -12,7 +12,7 @@ from scipy.integrate import quad, quad_vec
 from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from seals.hydrostatics import HullBox, HullCapsule, HullCylinder, HullMesh, HullSphere
-from seals.hydrostatics.revolution import LEAST_TILT
+from seals.hydrostatics.cylinder import LEAST_TILT
 
 Vector = NDArray[np.float64]
 Z = (0.0, 0.0, 1.0)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seals.learn.replay.memory import Memory
-from seals.learn.replay.samplers import Prioritised
-from seals.learn.seeding import generator_of
+from seals.learn.replay.memory import Memory, Prioritised
+from seals.learn.starts import generator_of
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("torchrl")

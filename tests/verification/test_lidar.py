@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.environment.ground_settings import ObstacleSettings, SolidType
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings, SolidType
 from seals.plugins.sensors.lidar import SensorLidar
 from seals.sensors.casting import cast
 from seals.sensors.protocol import SensorInput

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from seals.rendering.optics import Optics, Sight, SurfaceAiry, SurfaceStill
-from seals.rendering.optics.crossing import crossing
-from seals.rendering.optics.interface import fresnel
+from seals.rendering.optics.chain import crossing
+from seals.rendering.optics.path import fresnel
 
 Floats = NDArray[np.float64]
 N = 1.333

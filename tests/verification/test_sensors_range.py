@@ -11,8 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 from seals.effects.effect import MediumKind
-from seals.environment.ground_settings import ObstacleSettings, SolidType
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings, SolidType
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.hydrostatics import (
     HullBox,

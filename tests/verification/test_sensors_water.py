@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.environment.ground_settings import ShoreSettings
 from seals.environment.seawater import density_of
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ShoreSettings
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.plugins.sensors.dvl import SensorDvl
 from seals.plugins.sensors.gps import SensorGps

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from seals.environment.ground_settings import ObstacleSettings, SolidType
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings, SolidType
 from seals.plugins.sensors.sonar import SensorSonar
 from seals.plugins.waves.airy import WaveAiry
 from seals.sensors.acoustics import HALF_POWER, absorption, line_pattern

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.environment.ground_settings import ObstacleSettings
-from seals.environment.settings import EnvironmentSettings
+from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.errors import ConfigError
 from seals.plugins.sensors.usbl import SensorUsbl
 from seals.sensors.acoustics import sound_speed

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Array, as_like
 from seals.batch.loads import BatchLoads, LinkStates, Loads
 from seals.motion import Inputs, Joints
-from seals.multibody.rows import by_batch, by_link
+from seals.multibody.kinematics import by_batch, by_link
 from seals.pytree import leaves, mapped
 from seals.world.drivetrain import response_of
 from seals.world.scalar_compiler import Traced, followed, statements_of

@@ -295,7 +295,7 @@ class Cascade(CascadeSettings):
         if velocity is not None:
             velocity = velocity.next(s.velocity, s.step, self.smoothing)
             asked = asked + gains.rate * (aim.acceleration - velocity.rate)
-        force = self._force(s, shortened(asked, self.acceleration), aim.velocity)
+        force = self._force(s, _shortened(asked, self.acceleration), aim.velocity)
         lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * (s.mass * self._g))
         turn_error, spin = attitude_error(s.rotation, lean), s.angular_velocity
         want = -gains.turn * turn_error
@@ -447,7 +447,7 @@ def _unturned(rotation: Array, vector: Array) -> Array:
     return namespace(rotation).matmul(vector[:, None, :], rotation)[:, 0, :]
 
 
-def shortened(vector: Array, longest: float) -> Array:
+def _shortened(vector: Array, longest: float) -> Array:
     """Return vectors limited to a length, shape (B, 3)."""
     xp = namespace(vector)
     length = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True))

@@ -1,4 +1,8 @@
-"""Base of gait controllers: heading, cycle frequency, and inverse kinematics of the legs."""
+"""Base of gait controllers: way of the toes, heading, inverse kinematics, forces of the feet.
+
+The forces that carry a walking robot and hold it level act as offsets of its servos. Everything is
+batch first.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +24,136 @@ from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
-from seals.plugins.controllers.walking.stride import cadence, toes_of
-from seals.plugins.controllers.walking.support import Support, leg_stiffness
 from seals.schema import check_order, setting
 from seals.state_records import state_record
+
+LIGHT = 0.1
+"""Weight of a leg that is about to leave the ground against one that stands [1]."""
+RAMP = 0.15
+"""Share of the stance over which a leg takes up its load, and gives it up [1]."""
+SLACK = 1e-6
+"""Regularisation of the distribution of loads: moments that no foot can give are left out [m^2]."""
+
+
+class Support(NamedTuple):
+    """Quantities of a robot for the distribution of loads.
+
+    Args:
+        legs: geometry of the legs.
+        stiffness: of the servos of the legs [N m/rad], shape (N, 3).
+        gravity: [m/s^2].
+        share: of the weight that is fed forward [1].
+        level: bandwidth at which the body is held level, 0 for not at all [rad/s].
+    """
+
+    legs: Anatomy
+    stiffness: Floats
+    gravity: float
+    share: float
+    level: float
+
+    def offsets(self, s: RobotState, toes: Floats, stance: Floats) -> Floats:
+        """Return offsets of the joint values with which the feet carry the body [rad].
+
+        Equation:
+            least sum_i f_i^2 / w_i with sum f_i = m g and sum r_i x f_i = M about the centre of
+            gravity, M = -I (k^2 e + 1.4 k w), e the tilt; offset of a joint = -J^T f / stiffness.
+
+        Args:
+            s: situation of the robot.
+            toes: wanted places, body axes [m], shape (N, 3).
+            stance: share of its stance that each leg has done, 1 and more in the air [1],
+                shape (N,).
+
+        Returns:
+            Shape (N, 3).
+        """
+        up = s.rotation[2]
+        tilt = np.array([up[1], -up[0], 0.0])
+        rate = s.angular_velocity * np.array([1.0, 1.0, 0.0])
+        moment = -s.inertia @ (self.level * (self.level * tilt + 1.4 * rate))
+        load = np.array([s.mass * self.gravity, moment[0], moment[1]])
+        ends = np.minimum(stance, 1.0 - stance) / RAMP
+        weight = np.where(stance < 1.0, np.clip(ends, LIGHT, 1.0), 0.0)
+        arm = toes - s.centre
+        rows = np.stack((np.ones(len(toes)), arm[:, 1], -arm[:, 0]))
+        spread = (rows * weight) @ rows.T + SLACK * np.diag([0.0, 1.0, 1.0])
+        lift = weight * (rows.T @ np.linalg.lstsq(spread, load, rcond=None)[0])
+        force = self.share * np.maximum(lift, 0.0)[:, None] * up
+        torque = np.einsum("nij,ni->nj", self.legs.jacobian(self.legs.angles(toes)), force)
+        offsets: Floats = -torque / self.stiffness
+        return offsets
+
+
+def _leg_stiffness(plant: Plant, columns: Floats) -> Floats | None:
+    """Return the stiffness of the servos of the legs [N m/rad], or None without servos.
+
+    Args:
+        plant: the robot.
+        columns: joints of the legs, shape (N, 3).
+    """
+    joints = plant.robot.tree.joints
+    for bound in plant.effects.joint_drives:
+        if hasattr(bound.hooks, "of_joints"):
+            found: Floats = np.maximum(bound.hooks.of_joints("kp", joints), 1e-6)[columns]
+            return found
+    return None
+
+
+def cadence(
+    walk: Array, places: Array, *, duty: Any, stroke: Any, low: Any, high: Any
+) -> tuple[Array, Array]:
+    """Return the cycle frequency [Hz], shape (B, 1), and the walk limited to what it allows.
+
+    The legs cycle as fast as strokes of a length need; a walk that needs more than the highest
+    frequency is shortened.
+
+    Args:
+        walk: wanted, body axes: ahead and aside [m/s], turn [rad/s], shape (B, 3).
+        places: of the toes in the middle of their strokes [m], shape (B, N, 2) or more columns.
+        duty: share of the cycle on the ground [1], a number or shape (B, 1), as all others.
+        stroke: way of a toe on the ground, in body axes [m].
+        low: lowest frequency [Hz].
+        high: highest frequency [Hz].
+    """
+    xp, (x, y) = namespace(walk), _speeds(walk, places)
+    needed = xp.max(xp.sqrt(x * x + y * y), axis=1, keepdims=True) * duty / stroke
+    high, low = needed * 0.0 + high, needed * 0.0 + low
+    short = xp.where(needed > high, high / xp.maximum(needed, high), high * 0.0 + 1.0)
+    return xp.where(needed > high, high, xp.maximum(needed, low)), walk * short
+
+
+def _speeds(walk: Array, places: Array) -> tuple[Array, Array]:
+    """Velocity of body-fixed points along x and y [m/s], shape (B, N) each."""
+    turn = walk[:, 2:3]
+    return walk[:, 0:1] - turn * places[:, :, 1], walk[:, 1:2] + turn * places[:, :, 0]
+
+
+def toes_of(
+    phase: Array, places: Array, walk: Array, *, frequency: Any, duty: Any, lift: Any
+) -> Array:
+    """Return the wanted toe positions, body axes [m], shape (B, N, 3).
+
+    On the ground a toe goes back as fast as the body goes on; in the air it comes forward on a
+    cycloid, at rest against the body when it leaves and when it lands.
+
+    Args:
+        phase: share of the cycle, 0 where a toe lands, shape (B, N).
+        places: of the toes in the middle of their strokes, on the ground [m], shape (B, N, 3).
+        walk: of the body: ahead and aside [m/s], turn [rad/s], shape (B, 3).
+        frequency: of the cycle [Hz], a number or shape (B, 1), as all others.
+        duty: share of the cycle on the ground [1].
+        lift: height of the toes in the middle of their way through the air [m].
+    """
+    xp, share = namespace(places), duty / frequency
+    swing = xp.clip(phase - duty, 0.0, None) / (1.0 - duty)
+    back = 0.5 - xp.clip(phase / duty, None, 1.0)
+    turn = 2.0 * math.pi * swing
+    along = back + swing - xp.sin(turn) / (2.0 * math.pi)
+    x, y = (along * (share * speed) for speed in _speeds(walk, places))
+    height = places[:, :, 2] + 0.5 * lift * (1.0 - xp.cos(turn))
+    return xp.stack((places[:, :, 0] + x, places[:, :, 1] + y, height), axis=2)
+
 
 STILL = 0.02
 """Liveliness below which the legs stand [1]."""
@@ -146,7 +276,7 @@ class Walker(ControllerOptions, ABC):
         self._drives = plant.layout.drives
         self._columns = self._legs.joints.astype(int)
         self._into(np.zeros(1))
-        stiff = leg_stiffness(plant, self._columns) if self.support > 0.0 else None
+        stiff = _leg_stiffness(plant, self._columns) if self.support > 0.0 else None
         self._support = (
             None
             if stiff is None
@@ -246,7 +376,7 @@ class Walker(ControllerOptions, ABC):
             crouch=self.crouch,
             **self.rhythm(),
         )
-        return wished(own, wishes)
+        return _wished(own, wishes)
 
     def share(self, step: float) -> float:
         """Return the share of a change of walk that is taken up in a step [s]."""
@@ -395,7 +525,7 @@ def _yaw(rotation: Array) -> Array:
     return namespace(rotation).atan2(rotation[:, 1, 0:1], rotation[:, 0, 0:1])
 
 
-def wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
+def _wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
     """Return stepping parameters overridden by those of a reference.
 
     Args:

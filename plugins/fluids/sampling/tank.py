@@ -7,8 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from seals.arrays import Floats
-from seals.plugins.fluids.sampling.faces import PITCH
-from seals.plugins.fluids.sampling.samples import Samples
+from seals.plugins.fluids.sampling.shapes import PITCH, Samples
 
 WALL = 1
 """Layers of a wall: one stands for all that lies behind it."""

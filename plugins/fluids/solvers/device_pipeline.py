@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.plugins.fluids.solver import Domain
+from seals.plugins.fluids.solvers.device_settings import Search
 from seals.plugins.fluids.solvers.pbf.chebyshev import compliance
-from seals.plugins.fluids.solvers.pbf.choices import Search
-from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
-from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
+from seals.plugins.fluids.solvers.pbf.device.cohesion import Adhesion, Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
 from seals.plugins.fluids.solvers.pbf.device.gap import Gap
 from seals.plugins.fluids.solvers.pbf.device.grid import Grid

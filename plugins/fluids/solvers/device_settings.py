@@ -1,20 +1,35 @@
-"""Options that all particle solvers on a device share."""
+"""Options that all particle solvers on a device share; kernel functions and neighbour searches."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from enum import Enum
 from typing import TYPE_CHECKING
 
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.pbf.choices import Kernel, Search
 from seals.schema import check_tree, count, param, setting
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_solver import DeviceSolver
+
+
+class Kernel(Enum):
+    """Shapes of the smoothing kernel."""
+
+    spline = "spline"
+    wendland = "wendland"
+
+
+class Search(Enum):
+    """Kind of neighbour search: stored list per substep, or cell search in each pass."""
+
+    auto = "auto"
+    list = "list"
+    cells = "cells"
 
 
 @roles(data="deterministic outflow")

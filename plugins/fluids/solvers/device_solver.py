@@ -1,13 +1,15 @@
 """Host side of the particle solvers whose particles live on a device.
 
 All arrays are NumPy float64, world axes ENU, SI. Particles keep their row: `positions()`,
-`velocities()` and `densities()` are in the order in which particles were added.
+`velocities()` and `densities()` are in the order in which particles were added. Particles and
+bodies are checked when they are given, the state after each step.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,15 +18,136 @@ from numpy.typing import NDArray
 from seals.errors import PhysicsError
 from seals.plugins.fluids.solver import Domain, Exchange, Snapshot
 from seals.plugins.fluids.solvers.pbf.boundary import Boundary
-from seals.plugins.fluids.solvers.pbf.checks import check_fill, check_place, check_state, trouble
 from seals.plugins.fluids.solvers.pbf.engine import Engine
+from seals.plugins.fluids.solvers.pbf.fields import CROWDED, ESCAPED, LONGEST, NOT_FINITE
+from seals.plugins.fluids.solvers.pbf.points import nearest_pair
 from seals.plugins.fluids.solvers.pbf.stress import Method, mean_stress
 
 if TYPE_CHECKING:
     from seals.plugins.fluids.solvers.device_pipeline import DevicePipeline, Sums
     from seals.plugins.fluids.solvers.device_settings import DeviceSettings
 
+
 Array = NDArray[np.float64]
+# particles, and particles and samples, may be filled this close [spacings]
+CLOSEST = 0.6
+
+
+def _check_state(arrays: Mapping[str, Any], capacity: int) -> None:
+    """Refuse a stored state with indices or sizes outside the arrays.
+
+    Raises:
+        ValueError: a count, the numbers of the particles, or the origin cannot be.
+    """
+    count = arrays["count"]
+    if type(count) is not int or not 0 <= count <= capacity:
+        raise ValueError(f"{str(count)[:40]} particles; this water holds 0 to {capacity:,}")
+    if not np.array_equal(np.sort(arrays["number"][:count]), np.arange(count)):
+        raise ValueError("the particles are not numbered from 0, each once")
+    if not np.isfinite(arrays["origin"]).all():
+        raise ValueError("the origin of the water is not finite")
+
+
+def _check_fill(
+    new: Array,
+    speed: Array,
+    *,
+    have: Array,
+    static: Array,
+    lower: Array,
+    size: Array,
+    spacing: float,
+    capacity: int,
+    trusted: bool,
+) -> None:
+    """Refuse initial particles that are invalid, such as not finite or overlapping.
+
+    Raises:
+        PhysicsError: wrong shape, not finite, outside, over capacity, or overlapping.
+    """
+    if new.ndim != 2 or new.shape[1] != 3 or speed.shape != new.shape:
+        raise PhysicsError(
+            f"Particles need positions and velocities of shape (n, 3), "
+            f"not {new.shape} and {speed.shape}."
+        )
+    if not (np.isfinite(new).all() and np.isfinite(speed).all()):
+        raise PhysicsError("A position or velocity of the particles to fill is not finite.")
+    if len(new) + len(have) > capacity:
+        raise PhysicsError(
+            f"{len(new) + len(have)} particles exceed the capacity of {capacity}.\n"
+            "Give more capacity, less water, or a coarser spacing; none were left out."
+        )
+    outside = ((new < lower) | (new > lower + size)).any(axis=1)
+    if outside.any():
+        raise PhysicsError(
+            f"{outside.sum()} of {len(new)} particles lie outside of the domain "
+            f"{lower} .. {lower + size} m, the first at {new[outside][0]}."
+        )
+    if not trusted:
+        _overlaps(new, have=have, static=static, spacing=spacing)
+
+
+def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None:
+    radius = CLOSEST * spacing
+    for other, name in ((have, "particles already there"), (static, "static boundary samples")):
+        gap = nearest_pair(new, other, radius)
+        if gap < radius:
+            raise PhysicsError(
+                f"Particles to fill overlap {name}: {gap:.4g} m apart, spacing {spacing:.4g} m.\n"
+                "Leave out what lies within one spacing."
+            )
+    gap = nearest_pair(new, new, radius, same=True)
+    if gap < radius:
+        raise PhysicsError(
+            f"Particles to fill overlap each other: {gap:.4g} m apart, spacing {spacing:.4g} m."
+        )
+
+
+def _check_place(values: list[Any], bodies: int) -> None:
+    """Refuse poses, twists and masses that are not finite, or not one per body.
+
+    Raises:
+        PhysicsError: wrong length or not finite.
+    """
+    for value in values:
+        array = np.asarray(value)
+        if len(array) != bodies or not np.isfinite(array).all():
+            raise PhysicsError(
+                f"place_bodies() needs finite values for each of {bodies} bodies; got shape "
+                f"{array.shape}{'' if np.isfinite(array).all() else ' with values not finite'}."
+            )
+
+
+def _trouble(
+    found: NDArray[np.int32],
+    *,
+    finite: bool,
+    outflow: bool,
+    time: float,
+    substep: float,
+    longest: int,
+    advised: float,
+) -> str:
+    """Return the reason why an advance failed, or an empty string."""
+    when = f"at {time:.4g} s"
+    if found[NOT_FINITE] or not finite:
+        return (
+            f"The water became not finite {when} (substep {substep:.3g} s).\n"
+            f"Take substeps of {advised:.3g} s or less, and check bodies that start in the water."
+        )
+    if found[CROWDED]:
+        return (
+            f"{found[CROWDED]} particles had more than neighbours={longest} neighbours {when}, "
+            f"up to {found[LONGEST]}.\n"
+            "A body may have been placed over water; else raise neighbours."
+        )
+    if found[ESCAPED] and not outflow:
+        return (
+            f"{found[ESCAPED]} times a particle was outside of the domain {when}.\n"
+            "Close the gap in the walls (samples one spacing apart), take shorter substeps, "
+            "enlarge the domain, or set outflow=true to let water go."
+        )
+    return ""
 
 
 class DeviceSolver(ABC):
@@ -89,7 +212,7 @@ class DeviceSolver(ABC):
         """
         new = np.asarray(positions, dtype=np.float64)
         speed = np.zeros_like(new) if velocities is None else np.asarray(velocities, np.float64)
-        check_fill(
+        _check_fill(
             new,
             speed,
             have=self.positions() if not trusted else np.empty((self.count, 3)),
@@ -209,7 +332,7 @@ class DeviceSolver(ABC):
         local = np.asarray(position) - self.origin
         parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
         parts += [acceleration, np.zeros((self.bodies, 3))]
-        check_place(parts, self.bodies)
+        _check_place(parts, self.bodies)
         self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
 
@@ -259,7 +382,7 @@ class DeviceSolver(ABC):
         finite = np.isfinite(sums.velocity).all() and np.isfinite(sums.square)
         if found.any() or not finite:
             self.pipeline.numbers.trouble.fill(0)
-            message = trouble(
+            message = _trouble(
                 found,
                 finite=bool(finite),
                 outflow=self.settings.outflow,
@@ -387,7 +510,7 @@ class DeviceSolver(ABC):
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot; the caller sets the bodies again."""
         p, arrays = self.pipeline.particles, snapshot.arrays
-        check_state(arrays, self.capacity)
+        _check_state(arrays, self.capacity)
         p.place[0].from_numpy(arrays["place"])
         p.velocity[0].from_numpy(arrays["velocity"])
         p.number[0].from_numpy(arrays["number"])

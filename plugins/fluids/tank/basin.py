@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.environment.ground_settings import ObstacleSettings, SolidType
+from seals.environment.settings import ObstacleSettings, SolidType
 from seals.errors import ConfigError, refuse_unlisted
 from seals.plugins.fluids.sampling import PITCH, Samples, box_walls, fewest_places
 from seals.plugins.fluids.sampling.tank import SIDES, WALL

@@ -138,7 +138,7 @@ class DetectorNetwork:
         ray = axes @ [(column - lens.cx) / lens.fx, (row - lens.cy) / lens.fy, 1.0]
         if ray[2] > -STEEP:
             return None
-        ground = ground_height(shot, column, row)
+        ground = _ground_height(shot, column, row)
         depth = (ground + self.stance - float(shot.position[2])) / ray[2]
         if not abs(depth - guess) < ODD:
             return None
@@ -147,7 +147,7 @@ class DetectorNetwork:
         return Sighting(shot.position + depth * ray, across @ across.T + np.outer(along, along))
 
 
-def ground_height(shot: Shot, column: float, row: float) -> float:
+def _ground_height(shot: Shot, column: float, row: float) -> float:
     """Return the height of the ground about a pixel, world [m]: infinite where nothing is met.
 
     Args:

@@ -1,26 +1,373 @@
-"""Viewer in the browser: draw loop and controls."""
+"""Viewer in the browser: scenery, robots, water and forces in the page, draw loop and controls."""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import SealsError
+from seals.frames import quaternion_of
 from seals.picture_files import read_picture
-from seals.plugins.viewers.browser.arrows import Pushes
 from seals.plugins.viewers.browser.panel import Panel
-from seals.plugins.viewers.browser.sea import Sea
 from seals.plugins.viewers.browser.server import open_server
-from seals.plugins.viewers.browser.solids import Solids
-from seals.plugins.viewers.browser.surroundings import Extent, look_at, set_sky
-from seals.rendering.scene import Poses
+from seals.rendering.meshes import triangles
+from seals.rendering.scene import WORLD, Poses, Shape
+from seals.report.style import colours_of
 from seals.schema import setting
+from seals.view import Stage
+from seals.view.forces import Arrows, Forces
 from seals.view.session import Session
+from seals.view.water import Patch, Water
+
+ZENITH, HORIZON = (178, 206, 230), (228, 237, 243)
+"""Displayed colours of the sky overhead and at the horizon."""
+FAR = 40.0
+"""Way of a run, in radii of its robot, beyond which one view does not show it all [1]."""
+SAMPLES = 60
+"""Times at which the way of a run is looked up."""
+
+
+class Extent(NamedTuple):
+    """Displayed extent of the world.
+
+    Args:
+        middle: of the shown ground, x and y [m], shape (2,).
+        half: of its edge [m].
+        arrow: length of the arrow of a usual force [m].
+        focus: what the first view looks at, shape (3,) [m].
+        distance: from which it looks [m].
+        far: whether the run goes so far that the view had better follow the robot.
+    """
+
+    middle: Floats
+    half: float
+    arrow: float
+    focus: Floats
+    distance: float
+    far: bool
+
+    @classmethod
+    def of(cls, session: Session, before: Extent | None) -> Extent:
+        """Return the extent of the world to display for a run.
+
+        A run whose end is not known yet is taken as it stands; the first one sets the view.
+        """
+        size = _size_of(session.stage)
+        times = np.linspace(0.0, max(session.end, 0.0), SAMPLES) if session.replay else [0.0]
+        ways = [session.poses(float(t)) for t in times]
+        places = np.array([np.asarray(p.position[0, 0]) for p in ways if p is not None])
+        low, high = places.min(axis=0), places.max(axis=0)
+        level = session.water.level
+        if level is not None:
+            low[2], high[2] = min(low[2], level), max(high[2], level)
+        span = float(np.linalg.norm(high - low))
+        focus = places[0] if session.replay is None else 0.5 * (low + high)
+        far = span > FAR * size
+        distance = 6.0 * size if far else 1.4 * span + 4.0 * size
+        if session.replay is None:
+            distance = max(distance, 12.0 * size)
+        half = max(8.0 * distance, 1.5 * span)
+        if before is not None:
+            half = max(half, before.half)
+        return cls(
+            middle=0.5 * (low + high)[:2],
+            half=half,
+            arrow=min(1.6 * size, 0.4 * distance),
+            focus=places[0] if far else focus,
+            distance=distance,
+            far=far,
+        )
+
+
+def _size_of(stage: Stage) -> float:
+    """Return the radius of the drawn robot around its base [m].
+
+    The objects of a run do not count: they may be rafts.
+    """
+    reach = 0.0
+    robot = next(iter(stage.robots.values()))
+    for shape in stage.scene.shapes:
+        if 0 <= shape.frame < len(robot.links):
+            corners = triangles(shape)[0] + np.asarray(shape.position)
+            reach = max(reach, float(np.linalg.norm(corners, axis=1).max()))
+    return max(reach, 0.01)
+
+
+def look_at(server: Any, extent: Extent) -> None:
+    """Set the initial camera in front of the robot and slightly above it."""
+    way = np.array([0.75, -1.0, 0.45])
+    camera = server.initial_camera
+    camera.up = (0.0, 0.0, 1.0)
+    camera.position = extent.focus + extent.distance * way / np.linalg.norm(way)
+    camera.look_at = extent.focus
+    camera.near, camera.far = 0.01 * extent.distance, 100.0 * extent.half
+    camera.fov = float(np.radians(50.0))
+    # the surface has no edge, it fades into the sky
+    server.scene.configure_fog(4.0 * extent.distance, 0.9 * extent.half, color=HORIZON)
+    for client in server.get_clients().values():
+        client.camera.position = camera.position
+        client.camera.look_at = camera.look_at
+
+
+def _set_sky(server: Any) -> None:
+    """Set sky background and lights, without downloaded textures."""
+    fade = np.linspace(0.0, 1.0, 64)[:, None]
+    column = (1.0 - fade) * np.array(ZENITH) + fade * np.array(HORIZON)
+    server.scene.set_background_image(
+        np.repeat(np.rint(column).astype(np.uint8)[:, None], 4, axis=1), format="png"
+    )
+    server.scene.set_up_direction("+z")
+    server.gui.configure_theme(show_logo=False, show_share_button=False)
+
+
+STONE = 0.86
+"""Lightness of the second colour of a tiled plane over that of the first [1]."""
+GLASS = 0.1
+"""Opacity of the walls of a tank [1]."""
+TILES = 24
+"""Tiles along an edge of a plane."""
+
+
+class Solids:
+    """Shapes of a scene in the page.
+
+    Args:
+        server: viser's.
+        stage: of the run.
+        middle: of the ground that is shown, x and y [m].
+        half: of its edge [m].
+    """
+
+    def __init__(self, server: Any, stage: Stage, middle: Floats, half: float) -> None:
+        self._handles: list[Any] = []
+        self._frames = []
+        scene = server.scene
+        for name in stage.scene.frames:
+            frame = scene.add_frame(f"/scene/{name}", show_axes=False)
+            self._frames.append(frame)
+            self._handles.append(frame)
+        for k, shape in enumerate(stage.scene.shapes):
+            if shape.kind == "plane":
+                self._handles += _plane(scene, f"/scene/ground_{k}", shape, middle, half)
+                continue
+            carried = shape.frame != WORLD
+            home = f"/scene/{stage.scene.frames[shape.frame]}" if carried else "/scene"
+            glass = shape.part in stage.walls
+            vertices, faces = triangles(shape)
+            xyzw = quaternion_of(np.asarray(shape.rotation))
+            self._handles.append(
+                scene.add_mesh_simple(
+                    f"{home}/shape_{k}",
+                    vertices=vertices,
+                    faces=faces,
+                    color=shape.colour,
+                    # edges of boxes and meshes stay sharp, round primitives round
+                    flat_shading=shape.kind in ("box", "mesh", "cylinder"),
+                    side="double" if shape.kind == "mesh" else "front",
+                    opacity=GLASS if glass else None,
+                    cast_shadow=not glass,
+                    position=np.asarray(shape.position),
+                    wxyz=xyzw[[3, 0, 1, 2]],
+                )
+            )
+
+    def place(self, poses: Poses) -> None:
+        """Move all frames."""
+        places, turns = np.asarray(poses.position[0]), np.asarray(poses.rotation[0])
+        for frame, place, turn in zip(self._frames, places, turns, strict=True):
+            frame.position, frame.wxyz = place, quaternion_of(turn)[[3, 0, 1, 2]]
+
+    def remove(self) -> None:
+        """Remove all shapes from the page."""
+        for handle in reversed(self._handles):
+            handle.remove()
+
+
+def _plane(scene: Any, name: str, shape: Shape, middle: Floats, half: float) -> list[Any]:
+    """A piece of a level plane as tiles of two colours."""
+    cells = np.arange(TILES * TILES).reshape(TILES, TILES)
+    row, column = np.divmod(cells, TILES)
+    edge = np.linspace(-half, half, TILES + 1)
+    # every tile has corners of its own, so that neighbours may differ
+    corners = np.stack(
+        [
+            np.stack([middle[0] + edge[column + i], middle[1] + edge[row + j]], axis=-1)
+            for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))
+        ],
+        axis=2,
+    )
+    handles = []
+    for side, lightness in ((0, 1.0), (1, STONE)):
+        flat = corners[(row + column) % 2 == side].reshape(-1, 2)
+        vertices = np.column_stack([flat, np.full(len(flat), float(shape.position[2]))])
+        first = 4 * np.arange(len(flat) // 4)
+        faces = np.concatenate([first[:, None] + [0, 1, 2], first[:, None] + [0, 2, 3]])
+        colour = tuple(lightness * c for c in shape.colour)
+        handles.append(
+            scene.add_mesh_simple(
+                f"{name}_{side}", vertices=vertices, faces=faces, color=colour, cast_shadow=False
+            )
+        )
+    return handles
+
+
+COLOUR = (0.01, 0.24, 0.36)
+"""Displayed colour of the water."""
+DROPS = (0.30, 0.62, 0.85)
+"""Displayed colour of its particles."""
+CELLS = 64
+"""Cells along an edge of the patch of waves."""
+
+
+class Sea:
+    """Water of a run in the page.
+
+    Args:
+        server: viser's.
+        water: of the run.
+        middle: of the piece that is shown, x and y [m].
+        half: of its edge [m].
+        opacity: of the surface [1].
+    """
+
+    def __init__(
+        self, server: Any, water: Water, middle: Floats, half: float, opacity: float
+    ) -> None:
+        self._scene, self._water, self._opacity = server.scene, water, opacity
+        self._middle, self._half = middle, half
+        self._surface: Any = None
+        self._drops: Any = None
+        self._drawn: Patch | None = None
+
+    def show(self, time: float, particles: Floats | None) -> None:
+        """Draw the water at a time [s].
+
+        Args:
+            time: [s].
+            particles: places of the water that is simulated [m], or None.
+        """
+        if particles is not None and not self._water.meshes:
+            if self._drops is None:
+                # distance of neighbours as if the particles filled the box around them [m]
+                span = np.maximum(np.ptp(particles, axis=0), 1e-3)
+                self._drops = self._scene.add_point_cloud(
+                    "/water/particles",
+                    points=particles,
+                    colors=tuple(round(255 * c) for c in DROPS),
+                    point_size=0.4 * float((np.prod(span) / max(len(particles), 1)) ** (1.0 / 3.0)),
+                    point_shape="circle",
+                )
+            else:
+                self._drops.points = particles.astype(np.float32)
+            return
+        if self._drawn is not None and not self._water.moves:
+            return
+        mesh = self._water.mesh(time)
+        cells = CELLS if self._water.moves else 2
+        patch = mesh or self._water.patch(time, self._middle, self._half, cells)
+        if patch is None:
+            return
+        same = self._drawn is not None and patch.faces is self._drawn.faces
+        if same:
+            self._surface.vertices = patch.vertices.astype(np.float32)
+        else:
+            if self._surface is not None:
+                self._surface.remove()
+            self._surface = self._scene.add_mesh_simple(
+                "/water/surface",
+                vertices=patch.vertices,
+                faces=patch.faces,
+                color=COLOUR,
+                opacity=self._opacity,
+                # facets: without them waves hardly show
+                flat_shading=True,
+                side="double",
+                cast_shadow=False,
+                receive_shadow=False,
+            )
+        self._drawn = patch
+
+    def remove(self) -> None:
+        """Remove the water from the page."""
+        for handle in (self._surface, self._drops):
+            if handle is not None:
+                handle.remove()
+        self._surface = self._drops = self._drawn = None
+
+
+LEAST, MOST = 0.01, 3.0
+"""Shares of the usual length below which an arrow is left out, above which it is cut off [1]."""
+SHAFT, HEAD, TIP = 0.018, 0.05, 0.13
+"""Radius of the shaft, radius and length of the head over the usual length [1]."""
+
+
+class _Pushes:
+    """Force arrows of a run.
+
+    Args:
+        server: viser's.
+        forces: of the run.
+        length: of the arrow of a usual force [m].
+
+    Attributes:
+        colours: of the effects, red, green and blue up to 255.
+    """
+
+    def __init__(self, server: Any, forces: Forces, length: float) -> None:
+        self._scene, self._usual, self._length = server.scene, forces.usual, length
+        self.colours = {
+            name: (int(c[1:3], 16), int(c[3:5], 16), int(c[5:7], 16))
+            for name, c in colours_of(list(forces.effects)).items()
+        }
+        self._handles: dict[str, Any] = {}
+
+    def show(self, arrows: dict[str, Arrows], stretch: float) -> None:
+        """Draw the arrows of some effects and remove those of the others.
+
+        Args:
+            arrows: by effect.
+            stretch: of all arrows [1].
+        """
+        for effect in set(self._handles) - set(arrows):
+            self._handles.pop(effect).remove()
+        scale = stretch * self._length / max(self._usual, 1e-12)
+        for effect, (origins, vectors) in arrows.items():
+            points = _points(origins, vectors * scale, self._length)
+            handle = self._handles.get(effect)
+            if handle is not None and len(handle.points) == len(points) and len(points):
+                handle.points = points
+                continue
+            if handle is not None:
+                self._handles.pop(effect).remove()
+            if len(points):
+                long = self._length
+                self._handles[effect] = self._scene.add_arrows(
+                    f"/forces/{effect}",
+                    points=points,
+                    colors=self.colours[effect],
+                    shaft_radius=SHAFT * long,
+                    head_radius=HEAD * long,
+                    head_length=TIP * long,
+                )
+
+    def remove(self) -> None:
+        """Remove all arrows from the page."""
+        self.show({}, 1.0)
+
+
+def _points(origins: Floats, arrows: Floats, length: float) -> Floats:
+    """Ends of the arrows that can be seen, shape (n, 2, 3)."""
+    long = np.linalg.norm(arrows, axis=1, keepdims=True)
+    cut = arrows * np.minimum(1.0, MOST * length / np.maximum(long, 1e-12))
+    seen = long[:, 0] > LEAST * length
+    found: Floats = np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
+    return found
+
 
 REST = 0.5
 """Time a slider rests before the run starts anew [s]: nobody wants a run for every pixel."""
@@ -74,7 +421,7 @@ class _Page:
         self._pictures: dict[str, Path | None] = {}
         self._base: Floats | None = None
         self._sent: tuple[Any, ...] = ()
-        set_sky(server)
+        _set_sky(server)
 
     def draw(self) -> None:
         """Apply the controls, advance the time, and draw."""
@@ -158,7 +505,7 @@ class _Page:
         self._parts = [
             Solids(self._server, session.stage, extent.middle, extent.half),
             Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
-            Pushes(self._server, session.forces, extent.arrow),
+            _Pushes(self._server, session.forces, extent.arrow),
         ]
         self.panel.begin(self._parts[2].colours)
         self._shown, self._pictures = session.shown, {}

@@ -14,9 +14,9 @@ from seals.learn.demonstrations.folder import read, write
 from seals.learn.demonstrations.recording import record
 from seals.learn.devices import usable_device
 from seals.learn.learner import need_torch
+from seals.learn.metadata import world_config, world_hash
 from seals.learn.shipped import demonstrations_folder
 from seals.learn.starts import training_seed
-from seals.learn.world_hash import world_config, world_hash
 
 FOLDER = "demonstrations"
 KEEP = ("successes", "all")

@@ -78,7 +78,7 @@ def read(folder: str | Path) -> Demonstrations:
     where = str(path.with_name(CARD))
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
     wanted = _expected(found)
-    if is_memory_mapped(path.parent) and not path.exists():
+    if _is_memory_mapped(path.parent) and not path.exists():
         arrays = _read_memory_mapped(path.parent, list(found.steps), wanted)
     else:
         size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in wanted.values())
@@ -124,7 +124,7 @@ Layout = Mapping[str, tuple[tuple[int, ...], str]]
 """Shape and type of every array of the present format, by name."""
 
 
-def is_memory_mapped(folder: Path) -> bool:
+def _is_memory_mapped(folder: Path) -> bool:
     """Return whether a folder holds demonstrations of the former format."""
     return (folder / f"action{SUFFIX}").exists()
 

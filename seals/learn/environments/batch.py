@@ -15,8 +15,7 @@ from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes
 from seals.learn.environments.machine_verdict import MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator, picked
 from seals.learn.observations import each
-from seals.learn.seeding import generator_of
-from seals.learn.starts import TRAINING_END
+from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied
 from seals.sound_numbers import refuse_not_finite

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Array
 from seals.environment.ground import solids_of
 from seals.errors import ConfigError, refuse_unlisted
-from seals.learn.seeding import generator_of
+from seals.learn.starts import generator_of
 from seals.learn.task import Instant
 from seals.multibody.tree import forward
 from seals.rendering import Light, Poses, Scene

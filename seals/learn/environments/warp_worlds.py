@@ -15,7 +15,7 @@ from seals.control.plant import build_plant
 from seals.errors import ConfigError
 from seals.frames import quaternion_of_rpy
 from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.seeding import generator_of
+from seals.learn.starts import generator_of
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.pytree import copied, leaves, put
 from seals.robot.limbs import standing

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.control.key_events import Event, held_after, read_track
-from seals.control.keymap import JOINTS, Stick, stick_of
+from seals.control.key_events import JOINTS, Event, Stick, held_after, read_track, stick_of
 from seals.errors import ConfigError, suggestion
 from seals.learn.shipped import policy_folder
 
@@ -89,7 +88,14 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     if name == STILL:
         return PolicyRandom(environment.action_size, environment.device, most=0.0)
     if Path(name).is_file() and Path(name).suffix in SUFFIXES:
-        return policy_of_keys(Path(name), environment)
+        world: Any = environment
+        task = world.task
+        return PolicyKeys(
+            read_track(Path(name)),
+            list(task.action_names),
+            rate=task.rate,
+            device=environment.device,
+        )
     from seals.learn.policy import load_policy
 
     found = load_policy(policy_folder(name, besides=NAMED, key=key), device=device)
@@ -167,15 +173,3 @@ def _action_of(stick: Stick, names: Sequence[str]) -> list[float]:
     joints = {f"joint_{k + 1}": share for k, share in enumerate(stick.joints)}
     shares = {name: getattr(stick, part) for name, part in _SHARES.items()} | joints
     return [float(shares[name]) for name in names]
-
-
-def policy_of_keys(path: Path, environment: Any) -> PolicyKeys:
-    """Return the policy of a script of keys.
-
-    Raises:
-        ConfigError: the script cannot be read, or keys cannot give the task's actions.
-    """
-    task = environment.task
-    return PolicyKeys(
-        read_track(path), list(task.action_names), rate=task.rate, device=environment.device
-    )

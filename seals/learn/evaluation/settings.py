@@ -21,7 +21,7 @@ class EvaluateSettings(LearnSettings):
         count: environments that step at once; 0 chooses by the backend.
         device: where networks and twins compute: ``cpu`` or ``cuda``.
         grid: further worlds, by name, in which the policy is evaluated; see
-            `seals.learn.evaluation.variants`.
+            `seals.learn.evaluation.application`.
         film: whether to save a film of the policy's first episode beside the results, drawn by
             ``viewer``.
         out: folder of the results, or None for the run's folder.

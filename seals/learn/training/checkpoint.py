@@ -1,15 +1,70 @@
-"""Checkpoints of a training: arrays and JSON, written atomically, read as data only."""
+"""Checkpoints of a training: arrays and JSON, written atomically, read as data only.
+
+Tensors of a state become records of arrays, and come back to a device.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from seals.errors import ConfigError
-from seals.learn.training.tensor_state import stored, tensors_of
 from seals.logs.atomic import atomic_path
+from seals.pytree import is_tensor
 from seals.state_file import StateError, read_state, write_state
+from seals.state_records import state_record
+
+
+@state_record
+class StoredTensor(NamedTuple):
+    """A tensor of PyTorch as a NumPy array."""
+
+    values: NDArray[Any]
+
+
+def stored(state: Any) -> Any:
+    """Return a state with tensors replaced by arrays, for `seals.state_file.write_state`.
+
+    Args:
+        state: nested mappings, lists and tuples of tensors, numbers, text and None.
+
+    Raises:
+        TypeError: a tensor is of a kind that NumPy does not know.
+    """
+    if is_tensor(state):
+        return StoredTensor(state.detach().cpu().numpy())
+    if isinstance(state, Mapping):
+        return {key: stored(part) for key, part in state.items()}
+    if isinstance(state, list):
+        return [stored(part) for part in state]
+    if isinstance(state, tuple) and not hasattr(state, "_fields"):
+        # the shape of a tensor is a tuple, too
+        return tuple(stored(part) for part in state)
+    return state
+
+
+def _tensors_of(state: Any, device: str) -> Any:
+    """Return a state with stored arrays replaced by tensors.
+
+    Args:
+        state: that `stored` returned; its arrays are taken over.
+        device: of the tensors.
+    """
+    import torch
+
+    if isinstance(state, StoredTensor):
+        return torch.from_numpy(np.asarray(state.values)).to(device)
+    if isinstance(state, dict):
+        return {key: _tensors_of(part, device) for key, part in state.items()}
+    if isinstance(state, list | tuple):
+        return type(state)(_tensors_of(part, device) for part in state)
+    return state
+
 
 FILE = "checkpoint.bin"
 KIND = "training"
@@ -54,7 +109,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
         )
         if not isinstance(state, dict):
             raise StateError(f"it holds a {type(state).__name__}")
-        found: dict[str, Any] = tensors_of(state, device)
+        found: dict[str, Any] = _tensors_of(state, device)
     except (StateError, TypeError) as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError, SealsError
 from seals.learn.devices import alike_in_all
-from seals.learn.training.checkpoint import FILE, read_checkpoint
-from seals.learn.training.tensor_state import stored
+from seals.learn.training.checkpoint import FILE, read_checkpoint, stored
 from seals.run.stopping import ending, handled
 from seals.state_tree import conform
 

@@ -3,7 +3,6 @@
 Pure functions of arrays, a batch of views at a time, for NumPy and PyTorch alike.
 """
 
-from seals.rendering.optics.grid import SurfaceGrid as SurfaceGrid
 from seals.rendering.optics.optics import Optics as Optics
 from seals.rendering.optics.optics import Sight as Sight
 from seals.rendering.optics.srgb import from_bytes as from_bytes
@@ -12,6 +11,7 @@ from seals.rendering.optics.srgb import to_linear as to_linear
 from seals.rendering.optics.srgb import to_srgb as to_srgb
 from seals.rendering.optics.surface import Surface as Surface
 from seals.rendering.optics.surface import SurfaceAiry as SurfaceAiry
+from seals.rendering.optics.surface import SurfaceGrid as SurfaceGrid
 from seals.rendering.optics.surface import SurfaceSmooth as SurfaceSmooth
 from seals.rendering.optics.surface import SurfaceStill as SurfaceStill
 from seals.rendering.optics.surface import SurfaceSum as SurfaceSum

@@ -9,7 +9,7 @@ import numpy as np
 from array_api_compat import device
 
 from seals.arrays import Array, namespace
-from seals.rendering.optics.interface import INDEX
+from seals.rendering.optics.path import INDEX
 from seals.rendering.optics.surface import Surface
 
 EXACT = 4096.0

@@ -1,23 +1,258 @@
-"""Chain of image formation steps, from a rendered image to the underwater image."""
+"""Chain of image formation steps, from a rendered image to the underwater image.
+
+Rays of pixels meet the water surface; light scattered at small angles blurs what they see.
+"""
 
 from __future__ import annotations
 
 import functools
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from array_api_compat import device
 
-from seals.arrays import Array, namespace
-from seals.rendering.optics import blur, caustics
-from seals.rendering.optics.crossing import FAR, Crossing, crossing
-from seals.rendering.optics.interface import INDEX, fresnel
-from seals.rendering.optics.path import Medium, channels
-from seals.rendering.optics.sky import sky
+from seals.arrays import Array, Floats, namespace
+from seals.rendering.optics import caustics
+from seals.rendering.optics.path import INDEX, Medium, channels, fresnel, sky
 from seals.rendering.optics.surface import Surface, SurfaceSmooth, SurfaceStill
 
 if TYPE_CHECKING:
     from seals.rendering.optics.optics import Optics, Sight
+
+
+FAR = 1e4
+"""Stands for a line of sight that ends nowhere [m]."""
+STEPS = 5
+"""Steps in which a line of sight is searched for a moving surface."""
+
+
+class _Crossing(NamedTuple):
+    """Submerged parts of pixel rays, shapes (N, H, W).
+
+    Args:
+        wet: whether they begin in the water.
+        through: whether they meet the surface before they end.
+        distance: where they meet it; where they end if they do not [m].
+    """
+
+    wet: Array
+    through: Array
+    distance: Array
+
+
+def crossing(
+    origins: Array, directions: Array, ranges: Array, surface: Surface, time: Array, *, port: float
+) -> _Crossing:
+    """Find the first intersection of each pixel ray with the surface.
+
+    Args:
+        origins: of the lines, world [m], shape (N, 3).
+        directions: unit, world [1], shape (N, H, W, 3).
+        ranges: where the lines end [m], shape (N, H, W), finite.
+        surface: water surface.
+        time: [s].
+        port: radius of the dome behind which the lines meet [m]: where a line leaves the dome
+            decides whether it begins in the water.
+    """
+    xp = namespace(directions)
+    oz, dz = origins[:, 2][:, None, None], directions[..., 2]
+    above = oz + port * dz - surface.level
+    wet, distance, through = _still(above, oz - surface.level, dz, ranges)
+    if surface.reach == 0.0:
+        return _Crossing(wet, through, distance)
+    # whether a ray enters the band of heights that the surface may reach
+    low, high = -surface.reach, surface.reach
+    end = oz + ranges * dz - surface.level
+    near = ~(((above < low) & (end < low)) | ((above > high) & (end > high)))
+    if bool(xp.any(near)):
+        # rows of the images between the first and the last that the surface may cross. A camera
+        # that looks ahead has the surface in one half of its picture. On an accelerator all rows
+        # cost less than to wait for this answer
+        if namespace(near) is not np:
+            cut = slice(0, near.shape[1])
+        else:
+            found = np.flatnonzero(near.any(axis=(0, 2)))
+            cut = slice(int(found[0]), int(found[-1]) + 1)
+        line = (
+            *(origins[:, k][:, None, None] for k in range(3)),
+            *(directions[:, cut, :, k] for k in range(3)),
+        )
+        moved = _moving(line, ranges[:, cut], surface, time, port)
+        still = wet, distance, through
+        wet, distance, through = (_put(*pair, cut) for pair in zip(still, moved, strict=True))
+    return _Crossing(wet, through, distance)
+
+
+def _put(whole: Array, part: Array, cut: slice) -> Array:
+    """Return an image with some rows replaced."""
+    if cut.start == 0 and cut.stop == whole.shape[1]:
+        return part
+    return np.concatenate([whole[:, : cut.start], part, whole[:, cut.stop :]], axis=1)
+
+
+def _still(above: Array, height: Array, dz: Array, ranges: Array) -> tuple[Array, Array, Array]:
+    """Crossing of a level surface: start under water, distance, and whether it is crossed."""
+    xp = namespace(dz)
+    wet = above < 0.0
+    leads = xp.where(wet, dz, -dz) > 1e-9
+    distance = -height / xp.where(leads, dz, 1.0)
+    through = leads & (distance < ranges)
+    return wet, xp.where(through, distance, ranges), through
+
+
+def _moving(
+    line: tuple[Array, ...], ranges: Array, surface: Surface, time: Array, port: float
+) -> tuple[Array, Array, Array]:
+    """Crossing of a moving surface: steps through its band of heights, then three secants."""
+    xp = namespace(ranges)
+    ox, oy, oz, dx, dy, dz = line
+
+    def over(s: Array) -> Array:
+        x, y = ox + s * dx, oy + s * dy
+        return oz + s * dz - surface.height(x, y, time)
+
+    start = over(xp.zeros_like(ranges) + port)
+    wet = start < 0.0
+    first, last = _band(oz - surface.level, dz, ranges, surface.reach, port)
+    # where a line comes into the band, rounding must not put it on the other side
+    a, fa = first, over(first)
+    fa = xp.where((fa < 0.0) == wet, fa, -1e-9 * xp.astype(wet, fa.dtype))
+    low, flow, high, fhigh = a, fa, ranges, xp.zeros_like(fa)
+    found = xp.zeros_like(wet)
+    for step in range(1, STEPS + 1):
+        b = first + (last - first) * (step / STEPS) ** 2
+        fb = over(b)
+        turns = ((fa < 0.0) != (fb < 0.0)) & ~found
+        low, flow = xp.where(turns, a, low), xp.where(turns, fa, flow)
+        high, fhigh = xp.where(turns, b, high), xp.where(turns, fb, fhigh)
+        found, a, fa = found | turns, b, fb
+    for _ in range(3):
+        gap = flow - fhigh
+        middle = low + (high - low) * flow / xp.where(xp.abs(gap) < 1e-12, 1e-12, gap)
+        middle = xp.clip(xp.where(found, middle, low), None, FAR)
+        fm = over(middle)
+        same = (fm < 0.0) == (flow < 0.0)
+        low, flow = xp.where(same, middle, low), xp.where(same, fm, flow)
+        high, fhigh = xp.where(same, high, middle), xp.where(same, fhigh, fm)
+    distance = xp.where(xp.abs(flow) < xp.abs(fhigh), low, high)
+    # a line so level that the search ended before it was through the band: the mean level's
+    _, level, through = _still(start, oz - surface.level, dz, ranges)
+    late = ~found & through & (level > last)
+    return wet, xp.where(found, distance, xp.where(late, level, ranges)), found | late
+
+
+def _band(
+    height: Array, dz: Array, ranges: Array, reach: float, port: float
+) -> tuple[Array, Array]:
+    """Return the entry and exit distances of the band in which the surface moves [m]."""
+    xp = namespace(dz)
+    steep = xp.abs(dz) > 1e-6
+    run = 1.0 / xp.where(steep, dz, 1e-6)
+    one, two = (-reach - height) * run, (reach - height) * run
+    first = xp.clip(xp.where(one < two, one, two), port, None)
+    last = xp.where(one < two, two, one)
+    first = xp.where(first < ranges, first, ranges)
+    # level lines stay in the band for ever: far off, waves are finer than a pixel
+    last = xp.where(last < ranges, last, ranges)
+    near = first + 400.0 * reach
+    last = xp.where(last < near, last, near)
+    return first, xp.where(last > first, last, first)
+
+
+MOST = 10.0
+"""Turns that are counted: more of them leave the small angles of the lobe."""
+
+
+def pixel_angle(directions: Array) -> float:
+    """Return the angle between neighbouring pixels in the centre of the first image [rad].
+
+    Args:
+        directions: unit [1], shape (N, H, W, 3), W at least two.
+    """
+    _, rows, columns, _ = directions.shape
+    if columns < 2:
+        return math.pi
+    left, right = (directions[0, rows // 2, columns // 2 - k, :] for k in (1, 0))
+    xp = namespace(directions)
+    # of the chord: the arc cosine of nearly one has no digits in single precision
+    chord = float(xp.sqrt(xp.sum((left - right) ** 2)))
+    return 2.0 * math.asin(min(max(0.5 * chord, 1e-6), 1.0))
+
+
+def blurred(planes: Array, length: Array, scattering: float, angle: float, pixel: float) -> Array:
+    """Return images blurred by the water, with the total light conserved.
+
+    Light turned once, at a place evenly drawn along the path, by an angle of mean square t^2, comes
+    in from t^2 / 3 beside its true direction, half of it along each axis of the picture; turned n
+    times, from n times that. What was turned once and what was turned most often are made by two
+    Gaussians, all else is mixed from them so that its variance is right.
+
+    Args:
+        planes: light, shape (3, N, H, W).
+        length: of the path in the water [m], shape (N, H, W).
+        scattering: b, into the lobe [1/m].
+        angle: t, root of the mean square turn in the lobe [rad].
+        pixel: angle between neighbouring pixels [rad].
+
+    References:
+        McGlamery 1980, Proc. SPIE 208, doi:10.1117/12.958279; Wells 1973, AGARD LS-61.
+    """
+    xp = namespace(length)
+    turns = xp.clip(scattering * length, 1e-4, MOST)
+    # Poisson: the share 1 - exp(-b z) is scattered, b z / share times in the mean
+    share = 1.0 - xp.exp(-turns)
+    turns = turns / share
+    often = share * (turns - 1.0) * (1.0 / (MOST - 1.0))
+    width = angle / math.sqrt(6.0) / pixel
+    # the narrower Gaussian is to be well drawn by the pixels of the coarse picture
+    step = max(1, min(int(width / 0.75), 16))
+    coarse = _coarse(planes, step)
+    once = _spread(coarse, planes, width, step)
+    most = _spread(_coarse(coarse, 2), planes, width * math.sqrt(MOST), 2 * step)
+    straight, some = (1.0 - share)[None], (share - often)[None]
+    return planes * straight + once * some + most * often[None]
+
+
+def _coarse(planes: Array, step: int) -> Array:
+    """Means of blocks of pixels; edge pixels are repeated to fill the last block."""
+    if step == 1:
+        return planes
+    xp = namespace(planes)
+    for axis in (2, 3):
+        lack = -planes.shape[axis] % step
+        if lack:
+            end = planes[:, :, -1:, :] if axis == 2 else planes[:, :, :, -1:]
+            planes = xp.concat([planes, *[end] * lack], axis=axis)
+    rows = sum(planes[:, :, k::step, :] for k in range(step))
+    return sum(rows[:, :, :, k::step] for k in range(step)) * (1.0 / step**2)
+
+
+def _spread(coarse: Array, like: Array, width: float, step: int) -> Array:
+    """Blur the coarse image by a Gaussian, evaluated on the fine pixels."""
+    xp = namespace(like)
+    # means of blocks have spread the light a little already
+    width = math.sqrt(max(width * width - (step * step - 1.0) / 12.0, 0.01))
+    down, across = (
+        xp.asarray(
+            _gaussian(like.shape[k], coarse.shape[k], width, step),
+            dtype=like.dtype,
+            device=device(like),
+        )
+        for k in (2, 3)
+    )
+    return xp.matmul(down, xp.matmul(coarse, across.T))
+
+
+@functools.lru_cache(maxsize=16)
+def _gaussian(size: int, count: int, width: float, step: int) -> Floats:
+    """Weights of coarse pixels for fine ones, shape (size, count); each row sums to one."""
+    fine = np.arange(size) + 0.5
+    coarse = (np.arange(count) + 0.5) * step
+    weights = np.exp(-0.5 * ((fine[:, None] - coarse) / width) ** 2)
+    scaled: Floats = weights / weights.sum(axis=1, keepdims=True)
+    return scaled
+
 
 AT_ONCE = 1 << 16
 """Pixels that a processor works on together: their planes stay in its cache."""
@@ -40,7 +275,7 @@ class _Lines(NamedTuple):
     hit: Array
     ends: Array
     rise: Array
-    cross: Crossing
+    cross: _Crossing
     length: Array
     start: Array
     depth: Array
@@ -129,7 +364,7 @@ def _slope(view: Sight, lines: _Lines, surface: Surface, when: Array) -> tuple[A
     if not isinstance(surface, SurfaceSmooth):
         return surface.slope(x, y, when)
     # half of what a pixel covers, longer the flatter the line meets the surface
-    width = distance * (0.5 * blur.pixel_angle(view.directions))
+    width = distance * (0.5 * pixel_angle(view.directions))
     width = width / xp.clip(xp.abs(lines.rise), 0.02, None)
     return surface.slope_over(x, y, when, width)
 
@@ -168,8 +403,8 @@ def _blurred(optics: Optics, medium: Medium, view: Sight, lines: _Lines, planes:
         count = xp.clip(xp.sum(xp.astype(wet, planes.dtype), axis=(1, 2)), 1.0, None)
         mean = xp.sum(xp.where(wet[None], planes, 0.0), axis=(2, 3)) / count
         inside = xp.where(wet[None], planes, mean[:, :, None, None])
-    lobe, pixel = optics.forward_angle, blur.pixel_angle(view.directions)
-    mixed = blur.blurred(inside, lines.length, medium.spread, lobe, pixel)
+    lobe, pixel = optics.forward_angle, pixel_angle(view.directions)
+    mixed = blurred(inside, lines.length, medium.spread, lobe, pixel)
     return mixed if inside is planes else xp.where(wet[None], mixed, planes)
 
 

@@ -17,9 +17,7 @@ from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.rendering.optics import chain
 from seals.rendering.optics.caustics import Sun
-from seals.rendering.optics.interface import sunbeam
-from seals.rendering.optics.path import Medium
-from seals.rendering.optics.sky import sky
+from seals.rendering.optics.path import Medium, sky, sunbeam
 from seals.rendering.optics.surface import Surface
 from seals.rendering.optics.waters import WAVELENGTHS, Water, backscattering, water_of
 from seals.schema import check_tree, count, param, vector

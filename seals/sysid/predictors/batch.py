@@ -9,8 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.compare.case import Case
-from seals.compare.fitted import FitKey
-from seals.compare.predict import Job, Predictor, residuals
+from seals.compare.predict import FitKey, Job, Predictor, residuals
 from seals.compare.prediction_methods import cases_of, predictor_of, step_of
 from seals.compare.settings import CompareSettings
 from seals.compare.solve import CaseFitter, FitTask

@@ -15,9 +15,8 @@ from seals.run.simulation import Ending, Record
 from seals.schema import check_fields, check_tree
 from seals.teleop.application import keep_session
 from seals.teleop.autopilot.ardupilot import PORT, ArduPilot
-from seals.teleop.autopilot.link import allowed_peer
+from seals.teleop.autopilot.link import OUTPUTS, allowed_peer
 from seals.teleop.autopilot.settings import OWN, AutopilotSettings, Protocol
-from seals.teleop.autopilot.track import OUTPUTS
 
 
 def execute(config: Any) -> int | None:

@@ -1,15 +1,98 @@
-"""Interface and common base of connections to an autopilot."""
+"""Interface and common base of connections to an autopilot, its recorded outputs, its axes.
+
+Autopilots take north-east-down in the world, forward-right-down on the body.
+"""
 
 from __future__ import annotations
 
 import ipaddress
 import socket
 import sys
-from typing import ClassVar, Protocol
+from collections.abc import Mapping
+from pathlib import Path
+from typing import ClassVar, NamedTuple, Protocol
+
+import numpy as np
 
 from seals.arrays import Floats
+from seals.control import RobotState
 from seals.errors import ConfigError, printable
-from seals.teleop.autopilot.flight_state import FlightState
+from seals.frames import quaternion_of
+from seals.logs.atomic import write_table
+from seals.logs.table import read_parquet
+
+ENU_NED = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+"""Matrix from east-north-up to north-east-down, and back."""
+FLU_FRD = np.array([1.0, -1.0, -1.0])
+"""Signs from forward-left-up to forward-right-down, and back."""
+
+
+class FlightState(NamedTuple):
+    """Motion and readings of a robot at one instant, in an autopilot's axes.
+
+    Args:
+        time: [s].
+        position: of the body origin, north-east-down [m], shape (3,).
+        velocity: likewise [m/s].
+        acceleration: likewise [m/s^2].
+        rotation: from forward-right-down to north-east-down, shape (3, 3).
+        gyro: angular velocity, forward-right-down [rad/s], shape (3,).
+        accelerometer: specific force of the body origin, forward-right-down [m/s^2], shape (3,).
+        wind: velocity of the air, north-east-down [m/s], shape (3,).
+        readings: last reading of every sensor, by sensor and channel.
+    """
+
+    time: float
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    rotation: Floats
+    gyro: Floats
+    accelerometer: Floats
+    wind: Floats
+    readings: Mapping[str, Mapping[str, Floats]]
+
+    @property
+    def quaternion(self) -> Floats:
+        """Attitude w, x, y, z, shape (4,)."""
+        return quaternion_of(self.rotation)[[3, 0, 1, 2]]
+
+    @property
+    def airspeed(self) -> float:
+        """Speed through the air along the body's x axis [m/s]."""
+        return float((self.velocity - self.wind) @ self.rotation[:, 0])
+
+    def reading(self, channel: str) -> list[float]:
+        """Return the finite values that sensors last gave for a channel, one each, in order."""
+        found = (values[channel] for values in self.readings.values() if channel in values)
+        return [float(value[0]) for value in found if np.isfinite(value[0])]
+
+
+def flight_state(
+    now: RobotState, change: Floats | None, gravity: float, wind: Floats
+) -> FlightState:
+    """Convert the state of a robot.
+
+    Args:
+        now: the state.
+        change: acceleration of the last step, world axes [m/s^2], shape (3,); None at the start.
+        gravity: [m/s^2].
+        wind: velocity of the air, world axes [m/s].
+    """
+    change = np.zeros(3) if change is None else change
+    force = (change + np.array([0.0, 0.0, gravity])) @ now.rotation
+    return FlightState(
+        now.time,
+        ENU_NED @ now.position,
+        ENU_NED @ now.velocity,
+        ENU_NED @ change,
+        ENU_NED @ now.rotation * FLU_FRD,
+        FLU_FRD * now.angular_velocity,
+        FLU_FRD * force,
+        ENU_NED @ wind,
+        now.readings,
+    )
+
 
 Range = tuple[float, float]
 
@@ -123,3 +206,47 @@ def silent(where: str, timeout: float, start: str) -> ConfigError:
         f"no autopilot spoke to {where} within {timeout:g} s.\n"
         f"Start it first, or wait longer: {start}; timeout=SECONDS"
     )
+
+
+OUTPUTS = "outputs.parquet"
+"""File of the outputs in the run folder: ``t`` and one column for each channel."""
+
+
+class Track:
+    """Outputs of an autopilot, each held until the next.
+
+    Args:
+        times: [s], rising.
+        outputs: NaN for none, shape (times, channels).
+    """
+
+    def __init__(self, times: Floats, outputs: Floats) -> None:
+        self.times, self.outputs = times, outputs
+
+    def at(self, time: float) -> Floats | None:
+        """Return the outputs in force at a time [s]; None before the first."""
+        k = int(np.searchsorted(self.times, time + 1e-9, side="right")) - 1
+        return None if k < 0 else self.outputs[k]
+
+    def write(self, path: Path) -> None:
+        """Write the file."""
+        columns = {f"channel_{k + 1}": values for k, values in enumerate(self.outputs.T)}
+        write_table(path, {"t": self.times, **columns})
+
+
+def read_track(path: Path) -> Track:
+    """Read a file of outputs.
+
+    Raises:
+        LogError: it cannot be read.
+        ConfigError: it holds no times that rise, or no channels.
+    """
+    found = read_parquet(path)
+    times = found.pop("t", np.zeros(0))
+    names = [f"channel_{k + 1}" for k in range(len(found))]
+    if not len(times) or not np.all(np.diff(times) > 0.0) or set(names) != set(found) or not found:
+        raise ConfigError(
+            f"script {path} is no table of outputs.\n"
+            f"Allowed: {OUTPUTS} of a flight by seals autopilot: t rising, channel_1, channel_2 ..."
+        )
+    return Track(times, np.stack([found[name] for name in names], axis=1))

@@ -12,8 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import optional_import
 from seals.run.live_output import Beat, Pace
-from seals.teleop.autopilot.flight_state import FlightState
-from seals.teleop.autopilot.link import Range, Refusals, admitted, listen, silent
+from seals.teleop.autopilot.link import FlightState, Range, Refusals, admitted, listen, silent
 from seals.teleop.autopilot.settings import HilSettings
 
 PORT = 4560

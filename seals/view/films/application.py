@@ -17,14 +17,13 @@ from seals.file_names import short_path
 from seals.logs.atomic import write_bytes
 from seals.registry import names
 from seals.rendering import Lens, Renderer, Scene
-from seals.rendering.files import png
 from seals.rendering.optics import Optics, to_bytes
+from seals.rendering.picture import png
 from seals.run.progress import progress
 from seals.run.surface import FOLDER as SURFACES
 from seals.schema import check_fields
 from seals.view import Replay, open_replay
-from seals.view.films.files import Frames, times_of
-from seals.view.films.film import refuse_missing, write_film
+from seals.view.films.files import Frames, refuse_missing, times_of, write_film
 from seals.view.films.frame import Drawn, Frame, Photographer
 from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
 from seals.view.films.viewpoint import Viewpoint, Way, camera_of, in_picture

@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, suggestion
 from seals.rendering import Lens
-from seals.rendering.optics.interface import INDEX
+from seals.rendering.optics.path import INDEX
 from seals.view.films.settings import CAMERAS, SIZES, RenderSettings
 
 UP = np.array([0.0, 0.0, 1.0])

@@ -123,7 +123,7 @@ class WaterOverTime:
             points[:, 2] += self._short.height(points[:, 0], points[:, 1], time)
         sea = _calmed(waves, points[:, 0], points[:, 1], time, box)
         points[:, 2] = share * points[:, 2] + (1.0 - share) * sea
-        around, faces = tidy(Mesh(*sea_mesh(waves, time, box, hole=True)))
+        around, faces = _tidy(Mesh(*sea_mesh(waves, time, box, hole=True)))
         surface = Patched(self._heights(Mesh(points, inside.triangles), low, high), box, waves)
         return WaterBody(
             np.concatenate([points, around]),
@@ -276,10 +276,10 @@ def outer(mesh: Mesh) -> Mesh:
     total = np.bincount(labels, np.linalg.norm(area, axis=1), count)
     open_sheet = np.abs(up) > LEAST * total
     kept = np.where(open_sheet, up > 0.0, np.bincount(labels, volume, count) > 0.0)
-    return tidy(Mesh(mesh.vertices, mesh.triangles[kept[labels]]))
+    return _tidy(Mesh(mesh.vertices, mesh.triangles[kept[labels]]))
 
 
-def tidy(mesh: Mesh) -> Mesh:
+def _tidy(mesh: Mesh) -> Mesh:
     """Return a mesh without degenerate triangles and unused vertices."""
     corners = mesh.vertices[mesh.triangles]
     twice = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from seals.errors import ConfigError
 from seals.plugins.fluids.solver import Domain
-from seals.plugins.fluids.solvers.device_settings import DeviceSettings
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import DeviceSettings, Kernel
 from seals.schema import check_tree, count, setting
 
 if TYPE_CHECKING:

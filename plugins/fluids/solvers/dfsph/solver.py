@@ -14,9 +14,9 @@ from seals.plugins.fluids.solvers.device_solver import DeviceSolver
 from seals.plugins.fluids.solvers.dfsph.device.incompressible import (
     QUANTUM,
     Incompressible,
+    SharedParts,
     SolverFields,
 )
-from seals.plugins.fluids.solvers.dfsph.device.shared import SharedParts
 from seals.plugins.fluids.solvers.pbf.chebyshev import weights
 
 if TYPE_CHECKING:
@@ -211,6 +211,8 @@ class _DfsphPipeline(DevicePipeline):
         now, moving = self.incompressible, self.moving
         if static_changed and not moving:
             self.stages.place_samples()
+        # Bender and Koschier 2015, algorithm 1, which is cyclic, entered after its search: first
+        # no divergence, then forces, then constant density at the end of the substep
         self.kernels.sort(moving)
         self.numbers.warm[None] = self.settings.own.warm
         now.factors()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.errors import PhysicsError
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.device.bodies import GROUP, Bodies
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Samples
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration

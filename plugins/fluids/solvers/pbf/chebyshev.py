@@ -36,15 +36,18 @@ def weights(
 
     Example:
         >>> from seals.plugins.fluids.solvers.pbf.lattice import Calibration
-        >>> from seals.plugins.fluids.solvers.pbf.choices import Kernel
+        >>> from seals.plugins.fluids.solvers.device_settings import Kernel
         >>> round(weights(1, softness=1e9, lattice=Calibration.of(Kernel.wendland))[0][0], 6)
         1.0
     """
+    # spectrum of Jacobi's matrix (A + alpha) / (diagonal + alpha): compliance lifts its low end
     high = (margin * lattice.top + softness) / (1 + softness)
     low = max(softness / (1 + softness), stiff * high)
     middle, half = (high + low) / 2, max((high - low) / 2, 1e-6)
     ratio = middle / half
     rho = 1 / ratio
+    # Saad, Iterative Methods for Sparse Linear Systems, 2003, algorithm 12.1:
+    # rho' = 1 / (2 sigma - rho), d' = rho' rho d + 2 rho' / delta r
     found = [(1 / middle, 0.0)]
     for _ in range(sweeps - 1):
         following = 1 / (2 * ratio - rho)

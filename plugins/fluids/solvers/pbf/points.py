@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration, shape_of
 
 Array = NDArray[np.float64]
@@ -69,22 +68,10 @@ def nearest_pair(a: Array, b: Array, radius: float, *, same: bool = False) -> fl
     return best
 
 
-class Weighed(NamedTuple):
-    """Boundary samples with weights, ready for the solver.
-
-    Args:
-        points: positions [m], shape (b, 3).
-        weights: the area that each stands for, in squared spacings, shape (b,).
-    """
-
-    points: Array
-    weights: Array
-
-
 def weigh(
     points: Array, *, spacing: float, kernel: Kernel, lattice: Calibration, convex: bool
-) -> Weighed:
-    """Return weights of boundary samples, and offset those of convex bodies inwards.
+) -> tuple[Array, Array]:
+    """Return boundary samples with weights; those of convex bodies are offset inwards.
 
     Volumes follow Akinci et al. 2012, one over the sum of the kernel over the same body's samples,
     so uneven and single layers are allowed. They are scaled so that a flat square sheet with the
@@ -109,12 +96,12 @@ def weigh(
         np.add.at(offset, i, value[:, None] * (points[i] - points[j]))
     weights = np.asarray(lattice.sheet / (lattice.factor * total))
     if not convex:
-        return Weighed(points, weights)
+        return points, weights
     # of length H spacing
     bend = 2 * offset / total[:, None] / (lattice.spread * spacing)
     size = np.linalg.norm(bend, axis=1, keepdims=True)
     shift = BULGE * spacing * bend * np.minimum(1.0, MOST / np.maximum(BULGE * size, 1e-12))
-    return Weighed(points - shift, weights)
+    return points - shift, weights
 
 
 def plane_normals(points: Array, spacing: float) -> Array:

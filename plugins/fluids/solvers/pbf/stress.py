@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.device.isotropy import LIMIT
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration, shape_of
 from seals.plugins.fluids.solvers.pbf.points import close_pairs

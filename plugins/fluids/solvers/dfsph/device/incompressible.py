@@ -2,6 +2,7 @@
 
 Multipliers, densities and gradients have the units of ``pbf.device.pressure``: a multiplier is
 divided by the mass of a particle [m^2], the pressure is ``virial * density * multiplier / step^2``.
+The parts of a substep that all solvers share are kernels of their own here (`SharedParts`).
 """
 
 from typing import Any
@@ -9,8 +10,55 @@ from typing import Any
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
 from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
+from seals.plugins.fluids.solvers.pbf.device.substep import Stages
 from seals.plugins.fluids.solvers.pbf.fields import Fields
 from seals.plugins.fluids.solvers.pbf.language import ti
+
+
+@ti.data_oriented
+class SharedParts:
+    """Parts of a substep between which the host looks at residuals.
+
+    Args:
+        stages: what all solvers share.
+        pressure: forces on bodies.
+    """
+
+    def __init__(self, stages: Stages, pressure: Pressure) -> None:
+        self.stages, self.pressure, self.bodies = stages, pressure, stages.bodies
+
+    @ti.kernel
+    def sort(self, moving: ti.template()):
+        """Sort and search, see `Stages.sort`."""
+        self.stages.sort(moving)
+
+    @ti.kernel
+    def change_velocities(self, moving: ti.template()):
+        """Viscosity, friction and surface tension, see `Stages.change_velocities`."""
+        self.stages.change_velocities(moving)
+
+    @ti.kernel
+    def predict(self):
+        """Move bodies by their known loads."""
+        self.bodies.predict()
+
+    @ti.kernel
+    def react(self):
+        """Let bodies answer to the last changes of the multipliers."""
+        self.pressure.react()
+        self.bodies.gather()
+
+    @ti.kernel
+    def fill_gaps(self):
+        """Press bodies off the walls that they lie on."""
+        self.stages.fill_gaps()
+
+    @ti.kernel
+    def travel(self):
+        """Let bodies answer to what has touched them, and move them."""
+        self.bodies.gather()
+        self.bodies.travel()
+
 
 # particles whose residuals are summed together, as integers: their order does not matter
 BUCKET = 4096

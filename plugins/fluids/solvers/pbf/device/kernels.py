@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.choices import Kernel
+from seals.plugins.fluids.solvers.device_settings import Kernel
 from seals.plugins.fluids.solvers.pbf.language import ti
 from seals.plugins.fluids.solvers.pbf.lattice import Calibration
 

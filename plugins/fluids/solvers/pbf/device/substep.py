@@ -6,9 +6,8 @@ particles and less a CUDA device is quicker than calls from Python.
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.adhesion import Adhesion
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies, BodyNeighbourCount
-from seals.plugins.fluids.solvers.pbf.device.cohesion import Cohesion
+from seals.plugins.fluids.solvers.pbf.device.cohesion import Adhesion, Cohesion
 from seals.plugins.fluids.solvers.pbf.device.finish import Finish
 from seals.plugins.fluids.solvers.pbf.device.gap import Gap
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
@@ -147,6 +146,7 @@ class Substep:
         self.end(moving)
 
     @ti.func
+    # the loop of Macklin and Mueller 2013, algorithm 1, with one search for all iterations
     def begin(self, moving: ti.template()):
         """Prediction, sort, search, and the displacement of a warm start."""
         if ti.static(moving):
