@@ -132,9 +132,10 @@ def _strip(p: Any, client: int, body: int, index: list[int], joints: list[int]) 
             linearDamping=0.0,
             angularDamping=0.0,
             jointDamping=0.0,
-            maxJointVelocity=1e3,
             physicsClientId=client,
         )
+        # in one call with a largest speed, the engine leaves the damping of the file as it is
+        p.changeDynamics(body, link, maxJointVelocity=1e3, physicsClientId=client)
     p.changeDynamics(
         body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client
     )
