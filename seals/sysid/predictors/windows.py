@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -487,7 +488,7 @@ def window_rows(samples: Samples, length: float, skip: int) -> NDArray[np.int64]
     return np.asarray(starts, dtype=np.int64)[:, None] + np.arange(size)
 
 
-def interpolation(rows: int, at: Floats) -> tuple[NDArray[np.int64], Floats]:
+def interpolation(rows: int, at: NDArray[np.floating[Any]]) -> tuple[NDArray[np.int64], Floats]:
     """Return four rows and their weights for each place between rows, shape (4, n) both.
 
     The cubic through four rows (Lagrange): a straight line half way between two rows damps an

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -314,7 +315,7 @@ def reported(model: Model, felt: Floats, late: int, delay: float) -> Floats:
     return np.concatenate(parts, axis=1).reshape(*seen.shape[:2], -1)
 
 
-def between_rows(values: Floats, at: Floats) -> Floats:
+def between_rows(values: Floats, at: NDArray[np.floating[Any]]) -> Floats:
     """Interpolate values (W, K, k) at fractions of rows ``at`` (n,); ends continue straight."""
     chosen, weights = interpolation(values.shape[1], at)
     found: Floats = (weights[:, :, None] * values[:, chosen]).sum(axis=1)
