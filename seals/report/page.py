@@ -102,7 +102,7 @@ def page(
         light: whether the page stays light where the reader's system is dark.
 
     Example:
-        >>> from seals.report.blocks import Paragraph
+        >>> from seals.report.page import Paragraph
         >>> text = page("Drop", [Section(title="Words", blocks=[Paragraph(text="1 < 2")])])
         >>> "1 &lt; 2" in text, "http" in text.split("<main")[1].split("</main")[0]
         (True, False)
