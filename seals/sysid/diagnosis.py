@@ -25,6 +25,7 @@ from seals.sysid.decision.exact_numbers import (
     with_exact,
 )
 from seals.sysid.decision.intervals import parameters
+from seals.sysid.decision.moved_numbers import MovedNumber, moved_numbers
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.predictors.problem import Problem, prepare
@@ -33,6 +34,9 @@ from seals.sysid.scores.held_out import held_out_by_log, held_out_misfit, stated
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
+
+_MOVED = 3
+"""Stated numbers told at most that moved within their tolerances."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,6 +86,7 @@ class Diagnosis:
             "held_out_error": dict(self.held_out),
             "held_out_by_log": self.by_log(),
             "stated_wrong": self.stated_wrong(),
+            "within_tolerance": self.within_tolerance(),
             "channels": [error.to_dict() for error in answer.channels.errors],
             "explained": answer.explained,
             "left_over": {
@@ -152,12 +157,32 @@ class Diagnosis:
         the other way, ``what`` is the name of their directions in ``file``, ``set`` are the right
         ones, and ``by`` says which number shows it.
         """
-        if not self.answer.stated_wrong:
+        return self._moved(self.answer.stated_wrong)
+
+    def within_tolerance(self) -> list[dict[str, Any]]:
+        """Stated numbers by which nothing is missing, though the stated model leaves much.
+
+        Empty with any other verdict. Entries as those of `stated_wrong`: numbers that the log
+        determines and that lie a tolerance off or more, farthest first, three at most.
+        """
+        policy, wrong = self.problem.policy, {m.key for m in self.answer.stated_wrong}
+        quiet = self.answer.verdict is Verdict.nothing_missing
+        if not quiet or not self.held_out["stated"] > policy.misfit_trusted:
+            return []
+        far = [
+            m
+            for m in moved_numbers(self.hypothesis)
+            if abs(m.sigmas) >= 1.0 and m.unknown < policy.undetermined and m.key not in wrong
+        ]
+        return self._moved(far[:_MOVED])
+
+    def _moved(self, numbers: Sequence[MovedNumber]) -> list[dict[str, Any]]:
+        if not numbers:
             return []
         sets, vehicle = self.problem.plant.candidate_set, self.problem.vehicle
         known = stated_numbers(vehicle, sets, hull=self.hull).values()
         out = []
-        for moved in self.answer.stated_wrong:
+        for moved in numbers:
             changes = sets.parameters[moved.key].changes
             number = number_behind(sets, known, moved.key, vehicle.robot.links[0])
             slope = number.slope if number is not None and number.key == moved.key else 1.0

@@ -16,6 +16,7 @@ def test_a_log_that_lacks_something_else_is_told() -> None:
     table = {
         "fitted": [],
         "stated_wrong": [],
+        "within_tolerance": [],
         "held_out_by_log": [
             {"log": name, "before": before, "after": after}
             for name, (before, after) in misfits.items()

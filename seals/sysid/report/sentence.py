@@ -32,7 +32,8 @@ def sentence(found: Diagnosis) -> str:
     if verdict is Verdict.nothing_missing:
         said = "Nothing is missing: the misfit is within noise and tolerances."
         unseen = [f"  not to be seen in this log: {', '.join(answer.blind)}"] * bool(answer.blind)
-        return "\n".join([said, *unseen, *error_lines(table)]) + _by_log(found, table)
+        moved = moved_lines(table["within_tolerance"], given_by(found))
+        return "\n".join([said, *unseen, *error_lines(table), *moved]) + _by_log(found, table)
     if verdict is Verdict.cannot_tell:
         advice = " Move the vehicle more." if answer.blind else ""
         return "\n".join([f"Cannot tell: {reasons}.{advice}", *wrong, *error_lines(table)])
@@ -63,19 +64,7 @@ def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -
         found: entries of ``stated_wrong``.
         given: words of the command line that gave log and robot.
     """
-    lines = []
-    for number in found:
-        unit = "" if number["unit"] in ("", "1") else f" {number['unit']}"
-        named = number["calibrates"] or "set" in number
-        words = number["words"] + (f" ({number['what']})" if named else "")
-        words += f", by the {number['by']}" if "by" in number else ""
-        line = (
-            f"  stated wrong: {words}: stated {figure(number['stated'])}{unit}, "
-            f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
-        )
-        if "set" not in number and number["stated"] * number["found"] < 0.0:
-            line += "; the sign is opposite: check directions and axes"
-        lines.append(line)
+    lines = [f"  stated wrong: {_stated_and_found(number)}" for number in found]
     turned = turned_words(found)
     if turned:
         return [*lines, *(f"  {words}" for words in turned), f"  then: seals diagnose {given}"]
@@ -83,6 +72,34 @@ def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -
         command = calibration_of(found, given)
         lines.append("  measure again" + (f", or: {command}" if command else ""))
     return lines
+
+
+def moved_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -> list[str]:
+    """Describe the stated numbers whose change within its tolerance took the error away.
+
+    Args:
+        found: entries of ``within_tolerance``.
+        given: words of the command line that gave log and robot.
+    """
+    if not found:
+        return []
+    command = calibration_of(found, given)
+    lines = [f"  within its tolerance: {_stated_and_found(number)}" for number in found]
+    return lines + [f"  to correct the stated model: {command}"] * bool(command)
+
+
+def _stated_and_found(number: Mapping[str, Any]) -> str:
+    unit = "" if number["unit"] in ("", "1") else f" {number['unit']}"
+    named = number["calibrates"] or "set" in number
+    words = number["words"] + (f" ({number['what']})" if named else "")
+    words += f", by the {number['by']}" if "by" in number else ""
+    line = (
+        f"{words}: stated {figure(number['stated'])}{unit}, "
+        f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
+    )
+    if "set" not in number and number["stated"] * number["found"] < 0.0:
+        line += "; the sign is opposite: check directions and axes"
+    return line
 
 
 def turned_words(found: Sequence[Mapping[str, Any]]) -> list[str]:
