@@ -165,9 +165,10 @@ class Diagnosis:
         Empty with any other verdict. Entries as those of `stated_wrong`: numbers that the log
         determines and that lie a tolerance off or more, farthest first, three at most.
         """
+        if self.answer.verdict is not Verdict.nothing_missing:
+            return []
         policy, wrong = self.problem.policy, {m.key for m in self.answer.stated_wrong}
-        quiet = self.answer.verdict is Verdict.nothing_missing
-        if not quiet or not self.held_out["stated"] > policy.misfit_trusted:
+        if not self.held_out["stated"] > policy.misfit_trusted:
             return []
         far = [
             m

@@ -22,8 +22,9 @@ from seals.sysid.decision.evidence import EvidenceAnswer, decide
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
+from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.normal_equations import Fit
-from seals.sysid.report.sentence import error_lines, wrong_lines
+from seals.sysid.report.sentence import error_lines, moved_lines, wrong_lines
 from seals.sysid.scores.channels import ChannelError, ChannelErrors, band
 from seals.sysid.scores.disturbance_level import DisturbanceLevel
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -410,3 +411,51 @@ def test_how_far_a_number_is_determined() -> None:
     """Nothing is left to say of one whose uncertainty is that of its tolerance."""
     number = MovedNumber(key="a.b", change=1.0, sigmas=2.0, unknown=1.0)
     assert number.determined == 0.0
+
+
+@pytest.mark.parametrize(
+    ("stated", "verdict", "told"),
+    [
+        (38.0, Verdict.nothing_missing, [2, 1]),
+        (1.0, Verdict.nothing_missing, []),
+        (38.0, Verdict.none_of_these, []),
+    ],
+)
+def test_numbers_that_took_the_error_away_are_told(
+    monkeypatch: pytest.MonkeyPatch, stated: float, verdict: Verdict, told: list[int]
+) -> None:
+    """A drag stated twice too high within its tolerance; a number that the log leaves open."""
+    base = moved([0.3, 1.2, -1.7, 1.5], unknown=[0.1, 0.1, 0.1, 0.9])
+    monkeypatch.setattr(
+        Diagnosis, "_moved", lambda self, numbers: [int(m.key[len("number_")]) for m in numbers]
+    )
+    level = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
+    found = Diagnosis(
+        problem=SimpleNamespace(policy=POLICY),  # type: ignore[arg-type]
+        search=Search(nominal=base, best=base),
+        answer=EvidenceAnswer(verdict=verdict, claims=(), disturbance_level=level, explained=1.0),
+        held_out={"stated": stated, "before": 0.97, "after": 0.97, "noise_floor": 1.0},
+        seconds=1.0,
+    )
+    assert found.within_tolerance() == told
+
+
+def test_a_correction_of_the_stated_model_is_offered() -> None:
+    """Number, both values, and the command that writes the found one."""
+    number = {
+        "what": "effects.drag.coefficient_y",
+        "calibrates": True,
+        "words": "quadratic drag in water, y",
+        "stated": 434.0,
+        "found": 216.7,
+        "unit": "N s^2/m^2",
+        "sigma": -1.7,
+    }
+    first, last = moved_lines([number], "log=dive")
+    assert first == (
+        "  within its tolerance: quadratic drag in water, y (effects.drag.coefficient_y): "
+        "stated 434 N s^2/m^2, found 216.7 N s^2/m^2, 1.7 tolerances off"
+    )
+    assert last.endswith("seals calibrate log=dive 'parameters=[effects.drag.coefficient_y]'")
+    assert moved_lines([{**number, "calibrates": False}])[1:] == []
+    assert moved_lines([]) == []
