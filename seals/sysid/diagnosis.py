@@ -35,8 +35,8 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.log_search import search_log
 from seals.sysid.selection.search import Search
 
-_MOVED = 3
-"""Stated numbers told at most that moved within their tolerances."""
+_TOLD, _MOVED = 3.0, 3
+"""Standard errors from which on a number within its tolerance is told, and how many are at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,20 +162,23 @@ class Diagnosis:
     def within_tolerance(self) -> list[dict[str, Any]]:
         """Stated numbers by which nothing is missing, though the stated model leaves much.
 
-        Empty with any other verdict. Entries as those of `stated_wrong`: numbers that the log
-        determines and that lie a tolerance off or more, farthest first, three at most.
+        Empty with any other verdict. Entries as those of `stated_wrong`, three at most: those that
+        the log moves by more than `_TOLD` standard errors, first the one whose return to its stated
+        value would cost most.
+
+        Equation:
+            The cost of the fit rises by (x / s)^2 where a number returns from its change x to none
+            and all others are fitted again, with s the standard error of x (Wald).
         """
         if self.answer.verdict is not Verdict.nothing_missing:
             return []
         policy, wrong = self.problem.policy, {m.key for m in self.answer.stated_wrong}
         if not self.held_out["stated"] > policy.misfit_trusted:
             return []
-        far = [
-            m
-            for m in moved_numbers(self.hypothesis)
-            if abs(m.sigmas) >= 1.0 and m.unknown < policy.undetermined and m.key not in wrong
-        ]
-        return self._moved(far[:_MOVED])
+        numbers = [m for m in moved_numbers(self.hypothesis) if m.key not in wrong]
+        told = [m for m in numbers if abs(m.sigmas) > _TOLD * m.unknown > 0.0]
+        told.sort(key=lambda m: -abs(m.sigmas) / m.unknown)
+        return self._moved(told[:_MOVED])
 
     def _moved(self, numbers: Sequence[MovedNumber]) -> list[dict[str, Any]]:
         if not numbers:

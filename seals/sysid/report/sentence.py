@@ -75,7 +75,7 @@ def wrong_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -
 
 
 def moved_lines(found: Sequence[Mapping[str, Any]], given: str = "log=FOLDER") -> list[str]:
-    """Describe the stated numbers whose change within its tolerance took the error away.
+    """Describe the stated numbers whose change within tolerance takes most of the error away.
 
     Args:
         found: entries of ``within_tolerance``.
