@@ -65,12 +65,12 @@ def drive_over(
             after a start or a contact.
     """
     drive, resistance = dynamics.joint_drive, dynamics.found.resistance
-    if drive is None and resistance is None and dynamics.armature is None:
+    joints = dynamics.joint_force.shape[1]
+    if not joints or (drive is None and resistance is None and dynamics.armature is None):
         return dynamics, None
     if drive is None:
         none = dynamics.joint_force * 0.0
         drive = JointDrive(none, none, none, none)
-    joints = drive.force.shape[1]
     if last is None:
         rates = dynamics.moving.speed[:, dynamics.moving.speed.shape[1] - joints :]
         share, force = 1.0, drive.force - drive.stiffness * step * rates

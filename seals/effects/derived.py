@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.effects.hooks import ARGUMENTS, arguments_of_class
+from seals.effects.hooks import ARGUMENTS, HOOKS, arguments_of_class
 from seals.effects.identification import Addition, Freed, Subject
 from seals.schema import Parameter, parameters_of, vector_groups
 
@@ -155,7 +155,7 @@ def _stated(law: type[Effect], parameter: str) -> float | None:
 
 def _can_act(law: type[Effect], subject: Subject) -> bool:
     """Return true if the vehicle has all that the effect's hooks act on."""
-    hooks = {n for n in _HOOKS if callable(getattr(law, n, None))}
+    hooks = {n for n in HOOKS if n not in _UNSEEN and callable(getattr(law, n, None))}
     if not hooks or callable(getattr(law, "drives", None)):
         return False
     return all(
@@ -171,10 +171,8 @@ def _needs_joints(law: type[Effect], hook: str) -> bool:
     return hook in ARGUMENTS and "joints" in arguments_of_class(law, hook)
 
 
-_HOOKS = (
-    *("loads", "inertia", "flow", "joint_loads", "joint_drive", "joint_resistance"),
-    *("actuation", "drive_loads", "inertia_change", "measure", "pose_turn", "timing"),
-)
+_UNSEEN = ("drives", "battery_update", "axis_misalignment")
+"""Hooks that alone change nothing that a fit compares."""
 
 
 def _variants(

@@ -97,6 +97,8 @@ class Effect(EffectOptions):
     - ``measure(reading, params) -> Reading``: what the inertial sensors really report.
     - ``pose_turn(params) -> rotation vector``: turn of the measured against the true attitude, body
       axes [rad], shape (N, 3); a fit knows it, a simulation records the true attitude.
+    - ``axis_misalignment(params) -> rotation matrix``: turn of the axes of other sensors on the
+      link against the stated ones, shape (N, 3, 3).
     - ``inertia_change(body, params) -> matrix``: change of the rigid inertia of the link, 6x6 about
       its origin; weight and centre of mass follow from it.
 

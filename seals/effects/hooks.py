@@ -6,16 +6,17 @@ import functools
 import inspect
 from collections.abc import Callable
 from operator import itemgetter
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from seals.errors import ConfigError, nearest
 
 Hook: TypeAlias = Literal[
     "loads", "inertia", "flow", "joint_loads", "joint_drive", "joint_resistance", "drives",
-    "drive_loads", "actuation", "battery_update", "inertia_change", "measure", "pose_turn",
-    "timing",
+    "drive_loads", "actuation", "battery_update", "inertia_change", "measure", "axis_misalignment",
+    "pose_turn", "timing",
 ]  # fmt: skip
 """Names of the hooks; what each takes and returns is told by `seals.effects.Effect`."""
+HOOKS: tuple[Hook, ...] = get_args(Hook)
 Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]
 """Picks the arguments of one hook out of all that are offered, in the order of `ARGUMENTS`."""
 

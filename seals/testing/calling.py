@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from seals.arrays import Array, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.hooks import pick_of
-from seals.motion import Drives, Joints, Reading, Timing
+from seals.motion import Drives, JointDrive, Joints, Reading, Timing
 from seals.pytree import mapped
 from seals.testing.instants import JOINTS, Instant
 
 DRIVEN = ("actuation", "drive_loads")
 """Hooks that need actuators on the link."""
 
-QUIET = ("measure", "pose_turn", "timing")
+QUIET = ("measure", "pose_turn", "axis_misalignment", "timing")
 """Hooks that do not move the body."""
 
 WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -25,6 +27,7 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
     "flow": ((3,),),
     "measure": ((3,), (3,), (3,), (3,)),
     "pose_turn": ((3,),),
+    "axis_misalignment": ((3, 3),),
     "timing": ((1,), (1,), (1,), (1,)),
 }
 """Shape of each output for one row; other hooks have that of the joints or drives."""
@@ -33,16 +36,28 @@ WIDTHS: dict[str, tuple[tuple[int, ...], ...]] = {
 def call_hook(
     effect: Effect, hook: str, instant: Instant, memory: Array | None, params: Parameters
 ) -> tuple[Any, Any]:
-    """Return output and new memory of one hook; without memory hooks, the memory as given."""
+    """Return output and new memory of one hook; without memory hooks, the memory as given.
+
+    A battery gets the sum of the drives' thrusts as the power in watts.
+    """
     law, now = getattr(effect, hook), instant
     plain = {
         "actuation": (now.drives, now.motion, now.medium, now.inputs),
         "drives": (now.inputs,),
         "measure": (now.reading,),
         "inertia_change": (now.motion.body,),
+        "joint_drive": (now.joints, now.inputs),
+        "joint_resistance": (now.joints, now.inputs),
         "pose_turn": (),
+        "axis_misalignment": (),
         "timing": (),
     }
+    if hook == "battery_update":
+        thrust = now.drives.thrust
+        kept = law(
+            namespace(thrust).sum(abs(thrust), axis=1, keepdims=True), now.inputs, memory, params
+        )
+        return kept, kept
     if hook in plain:
         return law(*plain[hook], params), memory
     motion, medium = now.motion, now.medium
@@ -68,6 +83,7 @@ def nothing(hook: str, instant: Instant) -> Any:
         "actuation": instant.drives,
         "measure": instant.reading,
         "pose_turn": instant.reading.angular_velocity * 0.0,
+        "axis_misalignment": instant.motion.rotation * 0.0 + np.eye(3),
         "inertia_change": instant.motion.body.mass[:, :, None] * 0.0,
         "timing": Timing(*(instant.motion.body.mass[:1] * 0.0,) * 4),
     }.get(hook)
@@ -81,8 +97,8 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
         return [((count, 3),), ((count, 3),), ((count,),), per_row, per_row, per_row]
     parts = tuple(output) if isinstance(output, tuple) else (output,)
     arrays = [x for x in parts if not isinstance(x, int | float)]
-    if hook == "joint_loads":
-        return [((1, 1), (rows, 1), (1, JOINTS), (rows, JOINTS))]
+    if hook in ("joint_loads", "joint_drive", "joint_resistance"):
+        return [((1, 1), (rows, 1), (1, JOINTS), (rows, JOINTS))] * len(arrays)
     widths = WIDTHS.get(hook)
     if widths is None:
         return [((1, *x.shape[1:]), (rows, *x.shape[1:])) for x in arrays]
@@ -92,5 +108,11 @@ def expected_shapes(hook: str, output: Any, rows: int) -> list[tuple[tuple[int, 
 
 def is_bundle(hook: str, output: Any) -> bool:
     """Return whether an output has the type that its hook requires."""
-    promised = {"actuation": Drives, "drives": Drives, "measure": Reading, "timing": Timing}
+    promised: dict[str, type] = {
+        "actuation": Drives,
+        "drives": Drives,
+        "joint_drive": JointDrive,
+        "measure": Reading,
+        "timing": Timing,
+    }
     return hook not in promised or isinstance(output, promised[hook])

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from seals.effects.effect import Effect
+from seals.effects.hooks import HOOKS
 from seals.schema import check_fields, parameters_of, vars_of
 from seals.testing.contract import class_of, require
 
@@ -25,21 +26,6 @@ HEADINGS = (
     "Example",
 )
 """Headings of the docstring of a physical element, in order."""
-
-HOOKS = (
-    "flow",
-    "inertia",
-    "inertia_change",
-    "loads",
-    "joint_loads",
-    "actuation",
-    "drive_loads",
-    "drives",
-    "measure",
-    "pose_turn",
-    "timing",
-)
-"""Hooks an effect may define; with ``drives`` it is an actuator."""
 
 
 def build_declared(
@@ -113,7 +99,7 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
     """
     require(issubclass(cls, Effect), name, "is not an effect", "Derive it from seals.Effect.")
     check_declaration(name, cls)
-    hooks = tuple(hook for hook in HOOKS if hasattr(cls, hook))
+    hooks: tuple[str, ...] = tuple(hook for hook in HOOKS if hasattr(cls, hook))
     require(bool(hooks), name, "has no hook", f"Define one or more of: {', '.join(HOOKS)}.")
     bound = [h for h in hooks if not isinstance(inspect.getattr_static(cls, h), staticmethod)]
     require(

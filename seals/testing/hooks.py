@@ -86,6 +86,7 @@ class HookCheck:
                     "Keep no state: use memory.",
                 )
                 self._check_rows(hook, instant, memory, expected)
+                self._check_implicit(hook, instant, memory, expected[0])
                 used |= self._check_libraries(hook, instant, memory, expected)
             self._check_power(hook)
         return tuple(sorted(used))
@@ -228,6 +229,27 @@ class HookCheck:
                 "Use one formula for all.",
             )
         return set(likes)
+
+    def _check_implicit(
+        self, hook: str, instant: Instant, memory: Array | None, output: Any
+    ) -> None:
+        """Check that a law which steps take implicitly is that of ``joint_loads``, and stable."""
+        if hook == "joint_drive":
+            held = np.clip(output.force, -output.limit, output.limit)
+            plain, _ = self._call("joint_loads", instant, memory, self._params(np.zeros(1)))
+            apart = _apart(held, plain)
+            self._require(
+                apart <= EQUAL,
+                f"joint_drive within its limit is {apart:.1e} away from joint_loads",
+                "Both are one law: joint_loads is the force of joint_drive within its limit.",
+            )
+        steep = {"joint_drive": output[1:3], "joint_resistance": (output,)}.get(hook, ())
+        least = min((float(np.min(x)) for x in steep), default=0.0)
+        self._require(
+            least >= 0.0,
+            f"{hook} returns a slope of {least:.2g}",
+            "Allowed: slopes from 0 on; a step that takes others implicitly grows without end.",
+        )
 
     def _check_power(self, hook: str) -> None:
         """Check that a drag never drives the body through the medium."""

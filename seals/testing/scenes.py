@@ -70,7 +70,7 @@ def cases_of(effect: Effect, hooks: tuple[str, ...]) -> tuple[Case, ...]:
         return ()
     if "drives" in hooks or set(hooks) & set(DRIVEN):
         return (Case(("air",) if kind is MediumKind.air else ("surface", "air"), False),)
-    if hooks == ("joint_loads",):
+    if set(hooks) <= {"joint_loads", "joint_drive", "joint_resistance"}:
         return (Case(("surface",) if kind is MediumKind.water else ("air",), True),)
     return {
         MediumKind.water: (Case(("surface",), False), Case(("surface",), True)),

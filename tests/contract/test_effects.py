@@ -9,11 +9,24 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+import seals
 from seals import registry
 from seals.arrays import Array
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.motion import AddedInertia, Drives, Inputs, Joints, Medium, Motion, Wrench
+from seals.motion import (
+    AddedInertia,
+    Drives,
+    Inputs,
+    JointDrive,
+    Joints,
+    Medium,
+    Motion,
+    Wrench,
+)
+from seals.plugins.actuators.servos import Servos
+from seals.plugins.effects.joint_friction import JointFriction
 from seals.plugins.effects.linear_drag import DragLinear
+from seals.plugins.effects.sensor_misalignment import SensorMisalignment
 from seals.schema import param
 from seals.testing import ContractError, check_effect
 from seals.testing.effect import MEMORY_ORDER, EffectReport, material_effect
@@ -282,6 +295,68 @@ def test_rows_of_the_joints_links_are_refused_as_joints(law: Any, words: str) ->
     wrong: Any = type("Wrong", (Push,), {"joint_loads": staticmethod(law)})
     with pytest.raises(ContractError, match=words):
         check_effect(wrong, **COARSE)  # type: ignore[arg-type]
+
+
+def served(joints: Joints, inputs: Any, params: Any) -> JointDrive:
+    """Twice the drive of the servos whose law it is."""
+    drive = Servos.joint_drive(joints, inputs, params)
+    return drive._replace(force=2.0 * drive.force)
+
+
+def springy(joints: Joints, inputs: Any, params: Any) -> JointDrive:
+    """A drive that grows with its joint's position."""
+    drive = Servos.joint_drive(joints, inputs, params)
+    return drive._replace(stiffness=-drive.stiffness)
+
+
+def pushing(joints: Joints, inputs: Any, params: Any) -> Array:
+    """A resistance along the joint velocity."""
+    return -JointFriction.joint_resistance(joints, inputs, params)
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "law", "words"),
+    [
+        (Servos, "joint_drive", served, "joint_drive within its limit is .* away"),
+        (Servos, "joint_drive", springy, "joint_drive returns a slope of -"),
+        (JointFriction, "joint_resistance", pushing, "joint_resistance returns a slope of -"),
+    ],
+)
+def test_a_law_that_steps_take_implicitly_is_checked(
+    base: type[Effect], name: str, law: Any, words: str
+) -> None:
+    """The implicit form is the law of ``joint_loads``, with slopes that no step lets grow."""
+    wrong: Any = type("Wrong", (base,), {name: staticmethod(law)})
+    with pytest.raises(ContractError, match=words):
+        check_effect(wrong, values=ACTUATORS["servos"] if base is Servos else None, **COARSE)
+
+
+def askew(params: Any) -> Array:
+    """Axes of one row too few numbers."""
+    return SensorMisalignment.axis_misalignment(params)[:, :2]
+
+
+def test_axes_of_another_shape_are_refused() -> None:
+    """A turn of sensor axes is a matrix, shape (N, 3, 3)."""
+    wrong: Any = type("Wrong", (SensorMisalignment,), {"axis_misalignment": staticmethod(askew)})
+    with pytest.raises(ContractError, match=r"axis_misalignment returns an array of shape"):
+        check_effect(wrong)
+
+
+@pytest.mark.parametrize("backend", ["free", "mujoco", "pybullet"])
+def test_friction_of_joints_spares_a_body_without_joints(backend: str) -> None:
+    """A robot that has none falls as it does without the effect."""
+    if backend not in registry.names("backend"):
+        pytest.skip(f"{backend} is not installed")
+    words = ["robot=ball", "water=none", f"backend={backend}"]
+    falls = []
+    for more in ([], ["+effect@effects.worn=joint_friction", "effects.worn.coulomb=0.1"]):
+        world = seals.make([*words, *more])
+        for _ in range(20):
+            world.step()
+        (actor,) = world.actors.values()
+        falls.append(np.array(actor.body.read().position))
+    assert falls[0].tolist() == falls[1].tolist()
 
 
 def test_a_medium_of_one_row_must_stand_for_all() -> None:
