@@ -100,6 +100,7 @@ _HOMES = {
     "check_controller": "seals.testing.control",
     "check_guide": "seals.testing.control",
     "check_task": "seals.testing.task",
+    "check_reader": "seals.testing.reader",
     "MediumKind": "seals.effects.effect",
     "Parameters": "seals.effects.effect",
     "Identification": "seals.effects.identification",

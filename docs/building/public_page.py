@@ -27,7 +27,7 @@ CHAPTERS = {
         "list_plugins",
     ),
     "Identification": ("MissingEffect", "calibrate", "Calibrator"),
-    "Logs": ("load_log", "load_logs", "write_log", "Log"),
+    "Logs": ("load_log", "load_logs", "write_log", "Log", "check_reader"),
     "Effects of your own": (
         "Effect",
         "param",

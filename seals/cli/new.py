@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from seals.robot.model import RobotModel
     from seals.scaffold.robot import NewRobot
 
-PLUGINS = ("effect", "sensor", "controller", "guide", "task")
+PLUGINS = ("effect", "sensor", "controller", "guide", "task", "reader")
 KINDS = ("robot", "datasheet", "hydrodynamics", *PLUGINS)
 TAKES = {"robot": ("urdf",), "datasheet": ("robot", "log"), "hydrodynamics": ("robot",)}
 """Options of which a value may stand without its key."""

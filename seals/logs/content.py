@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from seals.errors import LogError
@@ -58,11 +58,14 @@ _REFUSED: tuple[tuple[bytes, str, str], ...] = (
 """First bytes -> what it is, and the next step."""
 
 
-def reader_by_content(place: Path) -> str | None:
+def reader_by_content(
+    place: Path, others: Mapping[str, Callable[[bytes], bool]] | None = None
+) -> str | None:
     """Return the reader for a file, by its first bytes; None where they do not decide.
 
     Args:
         place: a file, plain or ``.gz``.
+        others: tests of the readers of other packages, by name; what ships is tried first.
 
     Raises:
         LogError: it is of a kind that no reader takes; the next step is said.
@@ -71,7 +74,8 @@ def reader_by_content(place: Path) -> str | None:
     for magic, reader in _STARTS:
         if start.startswith(magic):
             return reader
-    for test, reader in _SHAPES:
+    shapes = (*_SHAPES, *((test, reader) for reader, test in (others or {}).items()))
+    for test, reader in shapes:
         if test(start):
             return reader
     for magic, what, remedy in _REFUSED:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
-from seals.errors import BrokenPlugin, ConfigError
+from seals import registry
+from seals.errors import BrokenPlugin, ConfigError, SealsError
 from seals.file_names import RECORDINGS
 from seals.logs.content import reader_by_content
 from seals.logs.log import Log
@@ -14,7 +16,12 @@ from seals.logs.native import TABLES
 
 @runtime_checkable
 class Reader(Protocol):
-    """Interface of a reader of one kind of file, which converts to SI, ENU and FLU."""
+    """Interface of a reader of one kind of file, which converts to SI, ENU and FLU.
+
+    A reader of another package may have a static method ``recognises(start) -> bool`` as well,
+    which tells by the first 4,096 bytes of a file, unpacked, whether it is of its kind: the file is
+    then read without ``reader=``.
+    """
 
     def read(self, source: str | Path | None = None) -> list[Log]:
         """Return the logs of a source.
@@ -56,7 +63,23 @@ def foreign_reader_of(place: Path) -> str | None:
         return "rosbag2" if (place / "metadata.yaml").is_file() else None
     suffix = Path(place.stem).suffix if place.suffix == ".gz" else place.suffix
     # a damaged file goes by its ending
-    return reader_by_content(place) or RECORDINGS.get(suffix.lower())
+    return reader_by_content(place, _recognising()) or RECORDINGS.get(suffix.lower())
+
+
+def _recognising() -> dict[str, Callable[[bytes], bool]]:
+    """Return the tests of first bytes by which readers of other packages know their files."""
+    readers, found = registry.plugins("reader"), {}
+    for name, plugin in readers.items():
+        if plugin.distribution == readers["native"].distribution:
+            continue
+        try:
+            reader = plugin.load()
+        except SealsError:
+            # a broken package hinders no other reader; seals doctor tells it
+            continue
+        if hasattr(reader, "recognises"):
+            found[name] = reader.recognises
+    return found
 
 
 def reader_of(place: Path) -> str:

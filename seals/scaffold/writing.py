@@ -15,7 +15,14 @@ from seals import registry
 from seals.errors import ConfigError, printable
 from seals.logs.atomic import rename_new
 
-_CLASS = {"effect": "", "sensor": "Sensor", "controller": "", "guide": "", "task": "Task"}
+_CLASS = {
+    "effect": "",
+    "sensor": "Sensor",
+    "controller": "",
+    "guide": "",
+    "task": "Task",
+    "reader": "Reader",
+}
 _ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}
 """Robot on which the contract of a new plug-in is checked; others need none."""
 _PROMISE = {
@@ -24,6 +31,7 @@ _PROMISE = {
     "controller": "Equal answers, memory left alone, commands within limits",
     "guide": "Equal answers, memory left alone, finite references",
     "task": "One seed one start, pure laws, one finite row an episode",
+    "reader": "Files that are no logs are refused in words",
 }
 _UNDER_WATER = "robot=auv water=fossen initial.position=[0,0,-2]"
 _FIRST_USE = {
@@ -32,6 +40,7 @@ _FIRST_USE = {
     "controller": f"seals run {_UNDER_WATER} guide=hover controller={{0}}",
     "guide": f"seals run {_UNDER_WATER} guide={{0}} controller=station",
     "task": "seals train env=hover task={0}",
+    "reader": "seals convert FILE out=log",
 }
 """Command that uses a new plug-in, by kind, with a place for its name."""
 PLUGINS = tuple(_CLASS)

@@ -3,17 +3,28 @@
 from __future__ import annotations
 
 import ast
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from seals import registry
 from seals.cli.main import main
+from seals.errors import ConfigError
+from seals.logs.reader import logs_by, reader_of
 from seals.run.build import run_settings
 from seals.run.goals import goal_results
 from seals.run.simulation import simulate
-from seals.testing import check_controller, check_effect, check_guide, check_sensor, check_task
+from seals.testing import (
+    check_controller,
+    check_effect,
+    check_guide,
+    check_reader,
+    check_sensor,
+    check_task,
+)
 from seals.testing.scenes import Case
 
 Install = Callable[[str, str, dict[str, str]], Path]
@@ -68,6 +79,36 @@ def test_a_new_sensor_keeps_its_contract(packaged: Install) -> None:
     assert check_sensor("speed_log").channels == {"speed_log": 3}
 
 
+def test_a_new_reader_knows_its_files(
+    packaged: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It keeps its contract, and a file is read without its name; one that is damaged is told."""
+    packaged("reader", "tin_can", {})
+    file = tmp_path / "dive.dat"
+    rows = "".join(f"{0.01 * k:.2f} 0 0 1 0 0 {90 * math.cos(0.1 * k) * math.cos(k)}\n" for k in range(400))
+    file.write_text(f"# tin_can 1\n{rows}", encoding="utf-8")
+    report = check_reader("tin_can", file)
+    assert (report.rows, report.channels) == (400, ("angular_velocity", "specific_force"))
+    (log,) = logs_by(registry.get("reader", reader_of(file)).load()(), file)
+    assert log.channel("specific_force")[0].tolist() == [0.0, 0.0, 9.80665]
+    assert log.channel("angular_velocity")[0, 2] == pytest.approx(math.pi / 2)
+    file.write_text("# tin_can 1\n0 0 0\n", encoding="utf-8")
+    assert main(["convert", str(file), f"out={tmp_path / 'log'}"]) == 2
+    assert "Allowed: seven numbers a row" in capsys.readouterr().err
+
+
+def test_a_broken_reader_of_a_stranger_hinders_no_other(tmp_path: Path, install: Install) -> None:
+    """A package whose module ends in an error is passed over where a kind of file is looked for."""
+    points = "[seals.readers]\nshaky = shaky_seals:Reader\n"
+    install("shaky-seals", points, {"shaky_seals.py": "raise ImportError('no luck')\n"})
+    file = tmp_path / "flight.bin"
+    file.write_bytes(b"\xa3\x95\x80" + bytes(200))
+    assert reader_of(file) == "dataflash"
+    file.write_bytes(b"\x01\x02 something else")
+    with pytest.raises(ConfigError, match="does not show which reader"):
+        reader_of(file)
+
+
 @pytest.mark.parametrize(
     ("kind", "check"),
     [("controller", check_controller), ("guide", check_guide), ("task", check_task)],
@@ -117,7 +158,7 @@ def test_a_new_task_is_trained(
     assert main([*line.split()[1:], *few]) == 0
 
 
-@pytest.mark.parametrize("kind", ["effect", "sensor", "controller", "guide", "task"])
+@pytest.mark.parametrize("kind", ["effect", "sensor", "controller", "guide", "task", "reader"])
 def test_every_file_of_a_new_package_is_sound(packaged: Install, kind: str) -> None:
     """All Python parses and has docstrings; nothing of the template is left."""
     folder = packaged(kind, "two_words", {})
