@@ -84,6 +84,7 @@ _HOMES = {
     "Log": "seals.logs.log",
     "Effect": "seals.effects.effect",
     "param": "seals.schema",
+    "setting": "seals.schema",
     "check_effect": "seals.testing.effect",
     "Instrument": "seals.sensors.instrument",
     "SensorInput": "seals.sensors.protocol",

@@ -31,6 +31,7 @@ CHAPTERS = {
     "Effects of your own": (
         "Effect",
         "param",
+        "setting",
         "check_effect",
         "MediumKind",
         "Motion",

@@ -145,7 +145,7 @@ def launch(
     """Run a task as a Hydra application.
 
     Args:
-        root: name of the root configuration: ``run``, ``compare`` or ``diagnose``.
+        root: name of the root configuration, one of `seals.config.roots.VERBS`.
         arguments: overrides and Hydra's own flags.
         task: takes the composed configuration; may return an exit code.
         own: those of the command line, where others come from a file; None for all.

@@ -89,7 +89,7 @@ def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
     """Return the folder to create, or refuse the name.
 
     Args:
-        kind: robot, effect or sensor.
+        kind: ``robot``, or one of `PLUGINS`.
         name: as the user gave it.
         parent: folder in which the new one is made.
         folder: its name, where it is not that of the thing itself.

@@ -253,6 +253,7 @@ def ripples(*, wind: float, seed: int, components: int = 12, level: float = 0.0)
     whole = (turn + 0.5 * np.sin(2.0 * turn)) / math.pi + 0.5
     heading = np.interp((rng.permutation(components) + 0.5) / components, whole, turn)
     amplitude = np.sqrt(2.0 * (0.003 + 0.00512 * wind) / components) / k
+    # omega^2 = g k + (sigma / rho) k^3; the ratio of water in m^3/s^2
     omega = np.sqrt(9.81 * k + 7.4e-5 * k**3)
     wave = np.column_stack([k * np.cos(heading), k * np.sin(heading)])
     phase = rng.uniform(0.0, 2.0 * math.pi, components)
