@@ -118,5 +118,7 @@ def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
 
 
 def _of_task(word: str) -> bool:
-    key = word.lstrip("+~").partition("=")[0]
+    from seals.config.overrides import key_of
+
+    key = key_of(word)
     return key == "env" or key.partition(".")[0] == "task"

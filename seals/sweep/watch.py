@@ -21,6 +21,7 @@ from typing import Any
 from hydra.experimental.callback import Callback
 from omegaconf import OmegaConf, read_write
 
+from seals.config.overrides import key_of
 from seals.errors import ConfigError, SealsError
 from seals.logs.atomic import write_json
 from seals.logs.run_folder import Claim
@@ -64,7 +65,7 @@ def place(config: Any, kind: str) -> None:
         OSError: it cannot be made.
     """
     hydra, key = config.hydra, f"hydra.{kind}.dir"
-    named = any(word.partition("=")[0].lstrip("+") == key for word in hydra.overrides.hydra)
+    named = any(key_of(word) == key for word in hydra.overrides.hydra)
     raw = OmegaConf.to_container(hydra[kind], resolve=False)
     assert isinstance(raw, dict)
     if named or "${now:" not in str(raw["dir"]):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.config.overrides import typed
+from seals.config.overrides import key_of, typed
 from seals.control.key_events import read_track, write_track
 from seals.errors import ConfigError, LogError, suggestion
 from seals.file_names import short_path
@@ -170,7 +170,7 @@ def execute(config: Any) -> int | None:
         raise ConfigError(
             f"guide={type(guide).__name__.lower()} takes no keys.\nLeave it out, or use guide=stick"
         )
-    timed = any(word.lstrip("+").startswith("time.duration=") for word in overrides)
+    timed = any(key_of(word) == "time.duration" for word in overrides)
     device = _device(config, settings, timed)
     guide.use(device)
     try:

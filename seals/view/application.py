@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.build import build
+from seals.config.overrides import key_of
 from seals.errors import ConfigError
 from seals.run.build import build_run
 from seals.run.immersed import resting_effects
@@ -43,7 +44,7 @@ def execute(config: Any) -> int | None:
     words, host, port = list(config.sliders), str(config.host), int(config.port)
     if config.run is not None:
         # refuse overrides of a finished run
-        others = [w for w in overrides if w.partition("=")[0].lstrip("+").split(".")[0] not in OWN]
+        others = [w for w in overrides if key_of(w).split(".")[0] not in OWN]
         if others:
             raise ConfigError(
                 f"run= shows a run as it was; it cannot be changed by {others[0]}.\n"

@@ -15,6 +15,7 @@ from typing import Any
 
 from seals.config.build import typed_entries
 from seals.config.compose import compose
+from seals.config.overrides import key_of
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.learn.devices import usable_device
@@ -56,7 +57,7 @@ class Variant:
         Raises:
             ConfigError: an override is wrong, or a pattern meets no number.
         """
-        kept = [word for word in base if _key(word) not in map(_key, self.overrides)]
+        kept = [word for word in base if key_of(word) not in map(key_of, self.overrides)]
         try:
             config = compose([*kept, *self.overrides], root=root)
         except ConfigError as cause:
@@ -73,10 +74,6 @@ def variants_of(node: Any) -> dict[str, Variant]:
         ConfigError: an entry has an unknown key, or a value of another type.
     """
     return typed_entries(Variant, node, where="grid")
-
-
-def _key(override: str) -> str:
-    return override.lstrip("+~").partition("=")[0]
 
 
 def _scale(config: Any, pattern: str, factor: float, where: str) -> None:

@@ -28,7 +28,7 @@ from seals.sysid.validation.misfit import (
 from seals.sysid.validation.model import Model, nominal, with_speeds
 from seals.sysid.validation.replay import Track
 
-NOMINAL, CALIBRATED, ALONE = "nominal", "calibrated nominal", "calibration alone"
+CALIBRATED, ALONE = "calibrated nominal", "calibration alone"
 """Names of the variants below the effects."""
 _MOST_NUMBERS = 3
 """Stated numbers that are said to be in question beside an effect."""
