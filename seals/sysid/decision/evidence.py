@@ -26,7 +26,7 @@ from seals.sysid.predictors.problem import LATE, Problem
 from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.scores.channels import ChannelErrors, channel_errors
 from seals.sysid.scores.disturbance_level import DisturbanceLevel, disturbance_level
-from seals.sysid.scores.excitation import expected_gains
+from seals.sysid.scores.excitation import best_gains, expected_gains
 from seals.sysid.scores.held_out import explained_by_log, held_out_misfit, stated_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant
 from seals.sysid.scores.self_check import self_check
@@ -53,6 +53,10 @@ class EvidenceAnswer(Answer[EvidenceHypothesis]):
     blind: tuple[str, ...] = ()
     channels: ChannelErrors = field(default_factory=ChannelErrors)
     stated_wrong: tuple[MovedNumber, ...] = ()
+
+    def ended(self, verdict: Verdict, *reasons: str) -> EvidenceAnswer:
+        """Return the answer with a verdict that names nothing, and why."""
+        return replace(self, verdict=verdict, reasons=reasons)
 
 
 def decide(
@@ -86,12 +90,12 @@ def decide(
     left = _left_in_channels(problem, best, errors)
     step = problem.vehicle.simulated_step if left else None
     if refusal or (left and step is None):
-        return replace(open_answer, verdict=Verdict.none_of_these, reasons=(refusal or left,))
+        return open_answer.ended(Verdict.none_of_these, refusal or left)
     if left and step is not None:
-        return replace(open_answer, reasons=(f"{left}; {_of_step(step)}",))
-    if not _falls(search, errors, moved=bool(open_answer.stated_wrong)):
+        return open_answer.ended(Verdict.cannot_tell, f"{left}; {_of_step(step)}")
+    if not _falls(search, errors):
         words = f"no error falls from the stated model to the one with {best.label}"
-        return replace(open_answer, reasons=(words,))
+        return open_answer.ended(Verdict.cannot_tell, words)
     return _named(problem, search, open_answer, lost, processes)
 
 
@@ -128,7 +132,7 @@ def _named(
                 f"the fit misses {best.label} in a simulation that holds it, by "
                 f"{100.0 * deceived:.0f} % of its gain"
             )
-            return replace(open_answer, reasons=(words,))
+            return open_answer.ended(Verdict.cannot_tell, words)
         known = replace(best, fit=replace(best.fit, error=check.error))
         claims = [
             replace(c, hypothesis=known, confidence=c.confidence * (1.0 - deceived)) for c in claims
@@ -137,11 +141,11 @@ def _named(
     claims = with_data_sheet(problem, search, claims)
     late = _pose_late(claims)
     if late:
-        return replace(open_answer, verdict=Verdict.bad_data, reasons=(late,))
+        return open_answer.ended(Verdict.bad_data, late)
     named = [c for c in reported(claims, policy.evidence_ties) if not holds_zero(c)]
     if not named:
         words = f"the intervals of {', '.join(c.name for c in claims)} hold zero"
-        return replace(open_answer, reasons=(words,))
+        return open_answer.ended(Verdict.cannot_tell, words)
     return replace(
         open_answer,
         verdict=verdict_of(named),
@@ -195,17 +199,14 @@ def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: Channe
     )
 
 
-def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors, *, moved: bool) -> bool:
+def _falls(search: Search[EvidenceHypothesis], errors: ChannelErrors) -> bool:
     """Return true if the error falls from the stated model to the best one.
 
     That is the misfit, or the error of a channel that the stated model leaves outside its band:
-    gusts that may be admitted take over a wind in the misfit. Where a stated number has moved too
-    far to be chance, the fall that it brings is no effect's: the model with that number counts.
+    gusts that may be admitted take over a wind in the misfit. The stated model counts, not the one
+    with its numbers fitted: a wrong mass that is named as an effect was taken over by its number.
     """
     least = 1.0 - search.best.fitter.candidate_set.policy.error_falls
-    if moved:
-        left = any(e.calibrated > e.band and e.after < least * e.calibrated for e in errors.errors)
-        return left or held_out_misfit(search.best) < least * held_out_misfit(search.nominal)
     most = errors.fall
     if most is not None and most.stated > most.band and most.after < least * most.stated:
         return True
@@ -313,10 +314,7 @@ def _quiet(
     """Decide without a significant effect: nothing missing, or why that cannot be said."""
     nominal, policy = search.nominal, problem.policy
     gains = expected_gains(nominal)
-    names: dict[str, float] = {}
-    for label, gain in gains.items():
-        name = label.partition(" ")[0]
-        names[name] = max(names.get(name, 0.0), gain)
+    names = best_gains(gains)
     ranks = {c.name: c.identification.needs_motion for c in nominal.fitter.candidate_set.candidates}
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
     # what acts in the other medium alone is nothing that this log could show
@@ -333,7 +331,7 @@ def _quiet(
         )
     reasons += _passed(problem, search)
     step = problem.vehicle.simulated_step
-    if step and len(reasons) > still:
+    if step and len(reasons) > int(still):
         reasons[-1] += f"; {_of_step(step)}"
     wrong = _wrong_numbers(problem, nominal)
     if wrong:
@@ -382,7 +380,12 @@ def _claim(
     temperature: float,
     processes: int,
 ) -> Claim[EvidenceHypothesis]:
-    """Compute the confidence in one effect against its rivals."""
+    """Compute the confidence in one effect against its rivals.
+
+    Equation:
+        odds of a rival = exp(-(score - its score) / T) with the evidence temperature T, scores
+        twice a log of evidence.
+    """
     own, found = best.candidates[index], list[Rival]()
     policy = best.fitter.candidate_set.policy
     # as in the search: what acts for a time must explain a share of what the others explain

@@ -14,6 +14,7 @@ from seals.sysid.report.naming import effect_words, figure, interval, percent
 from seals.sysid.report.sentence import calibration_of, given_by, turned_words
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula, Localisation
+from seals.sysid.scores.excitation import best_gains
 
 _STRAINED = 1.5
 """Tolerances beyond which a data sheet value is mentioned."""
@@ -157,10 +158,7 @@ def _strained(diagnosis: Diagnosis) -> str:
 def _unseen(diagnosis: Diagnosis) -> str:
     """Name the effects that this log could not have shown."""
     gains = diagnosis.answer.excitation
-    best: dict[str, float] = {}
-    for label, gain in gains.items():
-        name = label.partition(" ")[0]
-        best[name] = max(best.get(name, 0.0), gain)
+    best = best_gains(gains)
     hidden = [name for name, gain in best.items() if gain < diagnosis.problem.policy.excitation]
     if not best:
         return ""

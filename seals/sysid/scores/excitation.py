@@ -28,7 +28,26 @@ def expected_gains(base: EvidenceHypothesis) -> Mapping[str, float]:
     return {c.label: _gain(fitter, total, table.keys, c) for c in candidates}
 
 
+def best_gains(gains: Mapping[str, float]) -> dict[str, float]:
+    """Return the largest gain of each effect, by name.
+
+    Args:
+        gains: by label, which says a medium or a place behind the name.
+
+    Example:
+        >>> best_gains({"linear_drag (medium 0)": 3.0, "linear_drag (medium 1)": 5.0})
+        {'linear_drag': 5.0}
+    """
+    best: dict[str, float] = {}
+    for label, gain in gains.items():
+        name = label.partition(" ")[0]
+        best[name] = max(best.get(name, 0.0), gain)
+    return best
+
+
 def _gain(fitter: Fitter, total: np.ndarray, keys: tuple[str, ...], candidate: Candidate) -> float:
+    # what the other numbers cannot take over: the Schur complement A - C^T (B + P)^-1 C, with P
+    # their tolerances' precision
     parameters = fitter.candidate_set.parameters
     own = [keys.index(k) for k in candidate.keys]
     rest = [keys.index(k) for k in fitter.tolerances if k not in candidate.keys]
