@@ -15,6 +15,7 @@ from seals.sysid.decision.intervals import holds_zero
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
 from seals.sysid.decision.reasons_against import (
     better_general_law,
+    changing_flow,
     other_power,
     steady_change,
     unlocated,
@@ -87,6 +88,7 @@ def decide(
         refusal = f"the log does not locate the point toward which {best.label} would act"
     refusal = refusal or other_power(problem, best) or better_general_law(problem, best)
     refusal = refusal or varying_flow(problem, best) or steady_change(problem, search.nominal, best)
+    refusal = refusal or changing_flow(problem, search.nominal, best)
     left = _left_in_channels(problem, best, errors)
     step = problem.vehicle.simulated_step if left else None
     if refusal or (left and step is None):

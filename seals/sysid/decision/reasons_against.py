@@ -18,7 +18,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.effects.discrepancy import DragExponent
 from seals.effects.effect import Effect, MediumKind
-from seals.sysid.candidates.activity import Activity, Span
+from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.plant import Plant
@@ -207,6 +207,46 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
                 f"{force / gust:.2g} times its gusts of {gust:.2g} N"
             )
     return ""
+
+
+_PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5))
+"""Parts of a log in which a flow that acts throughout is compared with itself elsewhere."""
+
+
+def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> str:
+    """Return why a flow that acts throughout is no steady one; empty where it is.
+
+    Turbulence about no wind at all leaves an average over a whole flight, too. A second flow of the
+    same law that acts beside it in a part of the log is evidence only where the first one changes:
+    beside a steady one it loses the Occam factor of its numbers.
+    """
+    flows = [c for c in best.candidates if c.identification.gusty and c.activity is None]
+    if len(problem.samples.logs) > 1:
+        # from one log to the next it may be another one
+        return ""
+    time = problem.samples.time
+    first, long = float(time[0]), float(np.ptp(time))
+    for flow in flows:
+        for begin, end in _PARTS:
+            span = Span(
+                log=0,
+                start=_sharp(first + begin * long) if begin > 0.0 else None,
+                end=_sharp(first + end * long) if end < 1.0 else None,
+            )
+            candidates = (*best.candidates, flow.acting(Activity(spans=(span,))))
+            keys, fitter = candidate_keys(candidates), best.fitter.acting(candidates)
+            fit = fitter.fit(keys, start={key: best.fit.values.get(key, 0.0) for key in keys})
+            more = scored(candidates, fit, fitter, nominal).score - best.score
+            if more > problem.policy.exchange_gain:
+                return (
+                    f"a {flow.name} varies here: another one from {first + begin * long:.3g} to "
+                    f"{first + end * long:.3g} s than before and after explains {more:.0f} more"
+                )
+    return ""
+
+
+def _sharp(time: float) -> Moment:
+    return Moment(value=time, low90=time, high90=time)
 
 
 def steady_change(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> str:
