@@ -149,19 +149,16 @@ class Autopilot(VehicleController):
         """
         self._fins = fins_of(plant)
         layout = with_fins(plant.layout, self._fins)
-        axes = self._allocate(plant, layout, self._order(plant), NEEDED)
+        # the axes by rank; heave where the thrusters alone command it
+        centre = MassPropertyEstimator(plant.robot).at(stowed(plant.robot)).centre
+        matrix, arm = wrench_matrix(plant.layout, centre), mean_arm(plant.layout, centre)
+        lifted = HEAVE in commanded_axes(matrix, arm, LIFTED)
+        axes = self._allocate(plant, layout, (*STEERED, HEAVE) if lifted else STEERED, NEEDED)
         self._lifts = HEAVE in axes
         self._climbs = PITCH in axes and not self._lifts
         # where the error turns it at the largest rate
         self._most_error = self.turn_limit * self.spin_gain / max(self.turn_gain, 1e-9)
         self._drag = float(water_drag(plant)[0])
-
-    def _order(self, plant: Plant) -> tuple[int, ...]:
-        """Return the axes by rank; heave where the thrusters alone command it."""
-        centre = MassPropertyEstimator(plant.robot).at(stowed(plant.robot)).centre
-        matrix, arm = wrench_matrix(plant.layout, centre), mean_arm(plant.layout, centre)
-        lifted = HEAVE in commanded_axes(matrix, arm, LIFTED)
-        return (*STEERED, HEAVE) if lifted else STEERED
 
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives and fins do not command some axes."""

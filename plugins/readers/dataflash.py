@@ -119,7 +119,12 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
         if layout and name not in found:
             packed = np.dtype([(field, f"({_LIST_LENGTH},)<i2" if letter == _LIST else
                                 _TYPES[letter][0]) for field, letter in layout])  # fmt: skip
-            found[name] = Messages(rows=_gathered(content, starts, packed), letters=dict(layout))
+            # the structures that stand 3 bytes behind the given places
+            rows = np.empty((len(starts), packed.itemsize), dtype=np.uint8)
+            first = np.frombuffer(starts, dtype=np.int64) + 3
+            for k in range(packed.itemsize):
+                rows[:, k] = content[first + k]
+            found[name] = Messages(rows=rows.view(packed)[:, 0], letters=dict(layout))
     return found
 
 
@@ -147,15 +152,6 @@ def _layout(body: bytes) -> tuple[str, list[tuple[str, str]]]:
 def _width(letter: str) -> int:
     size = np.dtype(_TYPES[letter][0]).itemsize
     return size * _LIST_LENGTH if letter == _LIST else size
-
-
-def _gathered(content: NDArray[np.uint8], starts: array[int], packed: np.dtype[Any]) -> Any:
-    """Return the structures that stand 3 bytes behind the given places."""
-    rows = np.empty((len(starts), packed.itemsize), dtype=np.uint8)
-    first = np.frombuffer(starts, dtype=np.int64) + 3
-    for k in range(packed.itemsize):
-        rows[:, k] = content[first + k]
-    return rows.view(packed)[:, 0]
 
 
 _INSTANCES = ("I", "C", "Instance", "Inst")

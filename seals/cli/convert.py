@@ -121,11 +121,24 @@ def execute(config: Any) -> int:
     sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
-        known = sheet | _of_log(log.meta, vehicle) | meta
+        # metadata of a log; without its vehicle if that is only a name or mass beside a robot
+        stated = log.meta.get("vehicle")
+        part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
+        known = sheet | {k: v for k, v in log.meta.items() if not (part and k == "vehicle")} | meta
         whole, said = adapted(replace(log, meta=known), config, vehicle)
         for words in said:
             print(f"recognised: {words}")
-        _tell(whole, vehicle)
+        # print the findings of the log check; refuse a log that no verb can use
+        found = check_log(whole, vehicle)
+        grave = [finding for finding in found if finding.severity is Severity.REFUSE]
+        if grave:
+            raise SealsError(
+                f"log '{whole.name}' cannot be used: {grave[0].channel or 'all'}: "
+                f"{grave[0].message}\n"
+                "Correct this column in the file or in the map: seals help convert"
+            )
+        for line in lines_of(found)[:_MOST_FINDINGS]:
+            print(line)
         write_native(whole, place, urdf=urdf, table=str(config.table), replace=config.replace)
         print(f"{place}: {whole.rows} rows, {', '.join(whole.channels())}")
         if len(logs) == 1:
@@ -191,13 +204,6 @@ def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     return sheet, vehicle_of(found.robot, found.actuators)
 
 
-def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, Any]:
-    """Metadata of a log; without its vehicle if that is only a name or mass beside a robot."""
-    stated = meta.get("vehicle")
-    part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
-    return {k: v for k, v in meta.items() if not (part and k == "vehicle")}
-
-
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:
     """Return a log in ENU and FLU with rotor speeds and even rows, and remarks on the conversion.
 
@@ -254,20 +260,3 @@ def _cut(log: Log, span: list[float]) -> Log:
         first, last = log.time.min(), log.time.max()
         raise ConfigError(f"span={span} holds no row.\nThe log runs from {first:g} to {last:g} s.")
     return log.select(kept)
-
-
-def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
-    """Print the findings of the log check; refuse a log that no verb can use.
-
-    Raises:
-        SealsError: the log cannot be used.
-    """
-    found = check_log(log, vehicle)
-    grave = [finding for finding in found if finding.severity is Severity.REFUSE]
-    if grave:
-        raise SealsError(
-            f"log '{log.name}' cannot be used: {grave[0].channel or 'all'}: {grave[0].message}\n"
-            "Correct this column in the file or in the map: seals help convert"
-        )
-    for line in lines_of(found)[:_MOST_FINDINGS]:
-        print(line)

@@ -140,7 +140,10 @@ class Evaluator:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
         loads, joint_loads = [], []
-        dry = bool(self._drying) and _is_dry(sample)
+        # true if nothing is submerged
+        dry = bool(self._drying) and (
+            type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
+        )
         inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.inertia_changes:
@@ -376,11 +379,6 @@ def _repeated(joints: Joints, times: int) -> Joints:
 def vanishes_dry(b: BoundEffect) -> bool:
     """Return true if an effect is zero while nothing is submerged."""
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
-
-
-def _is_dry(sample: Sample) -> bool:
-    """Return true if nothing is submerged."""
-    return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
 
 
 def _power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:

@@ -98,7 +98,24 @@ class EnvironmentSampler:
     def sample(self, motion: Motion) -> Sample:
         """Sample air and water at the links, without flow effects such as wind and current."""
         if self.water_level is None:
-            return self._dry(motion)
+            # sample where there is no water
+            zero, none = self._constants["zero"], self._none
+            return Sample(
+                submersion=zero,
+                submersion_rate=zero,
+                buoyancy_centre=none,
+                normal=motion.up,
+                sinking_speed=zero,
+                gravity=self._constants["gravity"],
+                water_velocity=none,
+                water_acceleration=none,
+                water_density=zero,
+                water_viscosity=zero,
+                air_velocity=self._none,
+                air_density=self._constants["air_density"],
+                air_viscosity=self._constants["air_viscosity"],
+                one=self._constants["one"],
+            )
         sea = self.waves.at(motion.position, motion.time, self.water_level)
         normal = motion.up if sea.normal is None else unrotate(motion.rotation, sea.normal)
         height = sea.elevation - motion.position[:, 2:3]
@@ -136,26 +153,6 @@ class EnvironmentSampler:
             one=self._constants["one"],
             depth=height,
             water_gradient=sea.gradient,
-        )
-
-    def _dry(self, motion: Motion) -> Sample:
-        """Sample where there is no water."""
-        zero, none = self._constants["zero"], self._none
-        return Sample(
-            submersion=zero,
-            submersion_rate=zero,
-            buoyancy_centre=none,
-            normal=motion.up,
-            sinking_speed=zero,
-            gravity=self._constants["gravity"],
-            water_velocity=none,
-            water_acceleration=none,
-            water_density=zero,
-            water_viscosity=zero,
-            air_velocity=self._none,
-            air_density=self._constants["air_density"],
-            air_viscosity=self._constants["air_viscosity"],
-            one=self._constants["one"],
         )
 
 

@@ -103,21 +103,6 @@ def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None
         )
 
 
-def _check_place(values: list[Any], bodies: int) -> None:
-    """Refuse poses, twists and masses that are not finite, or not one per body.
-
-    Raises:
-        PhysicsError: wrong length or not finite.
-    """
-    for value in values:
-        array = np.asarray(value)
-        if len(array) != bodies or not np.isfinite(array).all():
-            raise PhysicsError(
-                f"place_bodies() needs finite values for each of {bodies} bodies; got shape "
-                f"{array.shape}{'' if np.isfinite(array).all() else ' with values not finite'}."
-            )
-
-
 def _trouble(
     found: NDArray[np.int32],
     *,
@@ -332,7 +317,15 @@ class DeviceSolver(ABC):
         local = np.asarray(position) - self.origin
         parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
         parts += [acceleration, np.zeros((self.bodies, 3))]
-        _check_place(parts, self.bodies)
+        # refuse poses, twists and masses that are not finite, or not one per body
+        for value in parts:
+            array = np.asarray(value)
+            if len(array) != self.bodies or not np.isfinite(array).all():
+                odd = "" if np.isfinite(array).all() else " with values not finite"
+                raise PhysicsError(
+                    f"place_bodies() needs finite values for each of {self.bodies} bodies; got "
+                    f"shape {array.shape}{odd}."
+                )
         self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
 

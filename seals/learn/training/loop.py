@@ -25,7 +25,7 @@ from seals.learn.starts import validation_seeds
 from seals.learn.stateful import Stateful
 from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
-from seals.learn.training.scoring import Scores, score
+from seals.learn.training.scoring import score
 from seals.learn.training.tracking import Tracker
 from seals.logs.atomic import write_text
 from seals.sound_numbers import refuse_not_finite
@@ -259,16 +259,7 @@ class Training:
 
     def _log(self) -> None:
         figures = {**self._place(), **self._statistics.row()}
-        self._refuse_undefined(figures)
-        self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
-        self._chart("training", figures)
-
-    def _refuse_undefined(self, figures: Mapping[str, Any]) -> None:
-        """Stop where a reward, or what the agent reports, is no number any more.
-
-        Raises:
-            PhysicsError: one is not finite; environments on the processor say so at once.
-        """
+        # stop where a reward, or what the agent reports, is no number any more
         odd = [name for name, value in figures.items() if not math.isfinite(value)]
         running = self._statistics.returns
         if not bool(running.isfinite().all()):
@@ -277,6 +268,8 @@ class Training:
             "The training stops. Lower the learning rate, or let the task return finite rewards."
         )
         refuse_not_finite(odd, f"by step {self.step}", advice)
+        self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
+        self._chart("training", figures)
 
     def _evaluate(self) -> None:
         """Evaluate the present policy on the validation seeds, and save it."""
@@ -287,7 +280,12 @@ class Training:
             self._save(f"{POLICY}_{self.step}")
         if self.eval_env is None:
             return
-        found = self._scores(self.eval_env)
+        network, tensors = self.agent.policy()
+        actor = actor_of(network)
+        actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
+        actor.to(self.eval_env.device)
+        seeds = validation_seeds(self.course.episodes)
+        found = score(self.eval_env, NetworkPolicy(actor, self.metadata), seeds)
         figures: dict[str, Any] = {
             **self._place(),
             "episodes": len(found.seed),
@@ -309,14 +307,6 @@ class Training:
         if better or not self.course.best:
             self._best = scored
         self.success = self._best[0]
-
-    def _scores(self, eval_env: Batched) -> Scores:
-        network, tensors = self.agent.policy()
-        actor = actor_of(network)
-        actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
-        actor.to(eval_env.device)
-        seeds = validation_seeds(self.course.episodes)
-        return score(eval_env, NetworkPolicy(actor, self.metadata), seeds)
 
     def _save(self, name: str) -> None:
         network, tensors = self.agent.policy()
