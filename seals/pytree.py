@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from seals.arrays import Array, namespace
+
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -52,19 +54,43 @@ def is_tensor(value: Any) -> bool:
     return hasattr(value, "untyped_storage")
 
 
-def mapped(value: Any, change: Callable[[Any], Any]) -> Any:
-    """Return the nest with every leaf changed.
+def mapped(value: Any, change: Callable[..., Any], *others: Any) -> Any:
+    """Return the nest with every leaf changed, given the same leaves of other nests of its form.
 
     Example:
         >>> mapped((1, {"a": None, "b": (2,)}), lambda x: 10 * x)
         (10, {'a': None, 'b': (20,)})
+        >>> mapped({"a": 1, "b": (2,)}, lambda x, y: x + y, {"a": 10, "b": [20]})
+        {'a': 11, 'b': (22,)}
     """
     if isinstance(value, Mapping):
-        return {name: mapped(part, change) for name, part in value.items()}
+        return {
+            name: mapped(part, change, *(other[name] for other in others))
+            for name, part in value.items()
+        }
     if isinstance(value, tuple):
-        parts = [mapped(part, change) for part in value]
+        parts = [mapped(part, change, *more) for part, *more in zip(value, *others, strict=True)]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value if value is None else change(value)
+    return value if value is None else change(value, *others)
+
+
+def picked(fresh: Any, other: Any, ended: Array) -> Any:
+    """Select rows of one nest of tuples and mappings by the mask ``ended`` (N,), else of another.
+
+    Example:
+        >>> picked(
+        ...     (np.ones(2), {"a": np.ones(2)}),
+        ...     (np.zeros(2), {"a": np.zeros(2)}),
+        ...     np.array([True, False]),
+        ... )
+        (array([1., 0.]), {'a': array([1., 0.])})
+    """
+    xp = namespace(ended)
+
+    def leaf(old: Array, new: Array) -> Array:
+        return xp.where(xp.reshape(ended, (-1, *[1] * (old.ndim - 1))), new, old)
+
+    return mapped(other, leaf, fresh)
 
 
 def copied(value: Any) -> Any:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -421,17 +421,17 @@ class DeviceSolver(ABC):
 
     def positions(self) -> Array:
         """Positions [m], shape (n, 3)."""
-        return self._read(self.pipeline.rows.places) + self.origin
+        return self._read(self.pipeline.particles.place) + self.origin
 
     def velocities(self) -> Array:
         """Velocities [m/s], shape (n, 3)."""
-        return self._read(self.pipeline.rows.velocities)
+        return self._read(self.pipeline.particles.velocity)
 
-    def _read(self, rows: Any) -> Array:
-        """What a pass over the particles writes by row, shape (n, 3)."""
+    def _read(self, buffers: Sequence[Any]) -> Array:
+        """First three numbers of the particles' vectors in buffer 0, by row, shape (n, 3)."""
         found = np.empty((self.count, 3), np.float32)
         if self.count:
-            rows(found)
+            self.pipeline.rows.write(buffers[0].plain, found)
         return found.astype(np.float64)
 
     def densities(self) -> Array:
