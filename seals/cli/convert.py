@@ -121,10 +121,7 @@ def execute(config: Any) -> int:
     sheet, vehicle = _robot(config)
     for log in logs:
         place = out if len(logs) == 1 else out / re.sub(r"[^\w.+-]", "_", log.name).lstrip(".")
-        # metadata of a log; without its vehicle if that is only a name or mass beside a robot
-        stated = log.meta.get("vehicle")
-        part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
-        known = sheet | {k: v for k, v in log.meta.items() if not (part and k == "vehicle")} | meta
+        known = sheet | _of_log(log.meta, vehicle) | meta
         whole, said = adapted(replace(log, meta=known), config, vehicle)
         for words in said:
             print(f"recognised: {words}")
@@ -202,6 +199,13 @@ def _robot(config: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     sheet = datasheet_of(config.robot.folder)
     sheet = {key: value for key, value in sheet.items() if key not in _HEAD}
     return sheet, vehicle_of(found.robot, found.actuators)
+
+
+def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, Any]:
+    """Metadata of a log; without its vehicle if that is only a name or mass beside a robot."""
+    stated = meta.get("vehicle")
+    part = bool(vehicle) and isinstance(stated, Mapping) and "inertia" not in stated
+    return {k: v for k, v in meta.items() if not (part and k == "vehicle")}
 
 
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:

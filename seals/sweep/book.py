@@ -14,7 +14,7 @@ import os
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from seals.drawn_text import in_table
 from seals.errors import ConfigError
@@ -102,13 +102,7 @@ class JobLock:
             room(path),
             os.fdopen(open_own(path, flags), "a+b") as file,
         ):
-            # remove an incomplete last line that a killed process left
-            file.seek(0)
-            content = file.read()
-            whole = content.rfind(b"\n") + 1
-            if whole < len(content):
-                file.truncate(whole)
-            file.seek(whole)
+            _forget_torn_line(file)
             text = io.StringIO()
             writer = csv.writer(text, lineterminator="\n")
             if file.tell() == 0:
@@ -164,3 +158,13 @@ def _held(descriptor: int, place: int) -> Iterator[None]:
         yield
     finally:
         fcntl.lockf(descriptor, fcntl.LOCK_UN, 1, place)
+
+
+def _forget_torn_line(file: Any) -> None:
+    """Remove an incomplete last line that a killed process left."""
+    file.seek(0)
+    content = file.read()
+    whole = content.rfind(b"\n") + 1
+    if whole < len(content):
+        file.truncate(whole)
+    file.seek(whole)

@@ -25,7 +25,7 @@ from seals.learn.starts import validation_seeds
 from seals.learn.stateful import Stateful
 from seals.learn.training.checkpoint import remove_checkpoint, write_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
-from seals.learn.training.scoring import score
+from seals.learn.training.scoring import Scores, score
 from seals.learn.training.tracking import Tracker
 from seals.logs.atomic import write_text
 from seals.sound_numbers import refuse_not_finite
@@ -280,12 +280,7 @@ class Training:
             self._save(f"{POLICY}_{self.step}")
         if self.eval_env is None:
             return
-        network, tensors = self.agent.policy()
-        actor = actor_of(network)
-        actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
-        actor.to(self.eval_env.device)
-        seeds = validation_seeds(self.course.episodes)
-        found = score(self.eval_env, NetworkPolicy(actor, self.metadata), seeds)
+        found = self._scores(self.eval_env)
         figures: dict[str, Any] = {
             **self._place(),
             "episodes": len(found.seed),
@@ -307,6 +302,14 @@ class Training:
         if better or not self.course.best:
             self._best = scored
         self.success = self._best[0]
+
+    def _scores(self, eval_env: Batched) -> Scores:
+        network, tensors = self.agent.policy()
+        actor = actor_of(network)
+        actor.load_state_dict({name: tensor.cpu() for name, tensor in tensors.items()})
+        actor.to(eval_env.device)
+        seeds = validation_seeds(self.course.episodes)
+        return score(eval_env, NetworkPolicy(actor, self.metadata), seeds)
 
     def _save(self, name: str) -> None:
         network, tensors = self.agent.policy()
