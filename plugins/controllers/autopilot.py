@@ -204,7 +204,17 @@ class Autopilot(VehicleController):
         # the Munk moment of added mass turns a slender body broadside
         through = s.velocity @ s.rotation
         wrench[3:] += s.submersion * cross3(through, self._added[:3, :3] @ through)
-        wanted, low, limit = self._allocated(s, wrench, ahead)
+        # thrusters, then fins, with their lower and upper limits
+        bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
+        low = np.concatenate((s.low, -self._fins.limit))
+        limit = np.concatenate((s.limit, self._fins.limit))
+        wanted = self._allocation.commands(
+            wrench[self._rows],
+            s.centre,
+            gain=np.concatenate((s.gain, bite)),
+            limit=limit,
+            low=low,
+        )
         count = self._plant.layout.drives
         order, after = self._quickened(s, wanted[:count], memory.drive)
         joints = joint_targets(aim, memory.joints, self._plant.robot).copy()
@@ -234,19 +244,6 @@ class Autopilot(VehicleController):
         if abs(pitch) >= self.pitch_limit:
             return math.copysign(self.pitch_limit, pitch), sum_
         return pitch, sum_ + step * climbing
-
-    def _allocated(
-        self, s: RobotState, wrench: Floats, ahead: float
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return commands of thrusters and fins, with their lower and upper limits."""
-        bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
-        low = np.concatenate((s.low, -self._fins.limit))
-        limit = np.concatenate((s.limit, self._fins.limit))
-        gain = np.concatenate((s.gain, bite))
-        wanted = self._allocation.commands(
-            wrench[self._rows], s.centre, gain=gain, limit=limit, low=low
-        )
-        return wanted, low, limit
 
 
 def _nose(yaw: float, pitch: float) -> Floats:

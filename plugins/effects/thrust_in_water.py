@@ -88,10 +88,6 @@ class ThrustInWater(Effect):
         level: dict[str, Any] = {"water_level": environment.water_level or 0.0}
         return name, cls(**{**parameters, **level})
 
-    def submerged_thrust(self) -> float:
-        """Return the ratio of the thrusts in water and in air."""
-        return self.ratio
-
     @staticmethod
     def actuation(
         drives: Drives, motion: Motion, medium: Medium, inputs: Inputs, params: Parameters

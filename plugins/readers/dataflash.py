@@ -392,15 +392,11 @@ def _range(topic: str, about: _Known) -> dict[str, Floats]:
     return {"range": np.where(good, _column(messages, name, topic), np.nan)}
 
 
-def _rate(topic: str, about: _Known) -> dict[str, Floats]:
-    return _vector("angular_velocity", "R P Y", np.pi / 180.0)(topic, about)
-
-
 _TOPICS: dict[str, Callable[..., dict[str, Floats]]] = {
     "IMU": _imu,
     "GYR": _vector("angular_velocity", "GyrX GyrY GyrZ"),
     "ACC": _vector("specific_force", "AccX AccY AccZ"),
-    "RATE": _rate,
+    "RATE": _vector("angular_velocity", "R P Y", np.pi / 180.0),
     "ATT": _attitude,
     "XKF1": _filter,
     "NKF1": _filter,

@@ -135,10 +135,6 @@ class Effect(EffectOptions):
         """
         return 0.0
 
-    def submerged_thrust(self) -> float:
-        """Return the factor on the thrust of a submerged rotor; one for no change [1]."""
-        return 1.0
-
     def constants(self) -> dict[str, Floats]:
         """Return additional arrays for ``params``, from options that are not parameters.
 

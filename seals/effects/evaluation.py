@@ -148,8 +148,12 @@ class Evaluator:
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.inertia_changes:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            added, wrench = _nominal(b, part, medium)
-            inertias.append((b, rows, added, _still(medium)))
+            # a change of the rigid inertia moves with the link in a medium at rest, and weighs
+            matrix = b.hooks.inertia_change(part.body, b.params)
+            one = part.velocity[:, 0:1] * 0.0 + 1.0
+            added, wrench = AddedInertia(matrix, one), weight_of(matrix, part, medium.gravity)
+            none = medium.velocity * 0.0
+            inertias.append((b, rows, added, medium._replace(velocity=none, acceleration=none)))
             loads.append((b, rows, wrench))
         for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
@@ -410,18 +414,6 @@ def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:
     arm = cross(drives.position, drives.axis) if arm is None else arm
     force = drives.thrust @ drives.axis
     return Wrench(force, drives.thrust @ arm + drives.torque @ drives.axis)
-
-
-def _nominal(b: BoundEffect, motion: Motion, medium: Medium) -> tuple[AddedInertia, Wrench]:
-    """Convert a change of the rigid inertia to inertia that moves with the link, with weight."""
-    matrix = b.hooks.inertia_change(motion.body, b.params)
-    one = motion.velocity[:, 0:1] * 0.0 + 1.0
-    return AddedInertia(matrix, one), weight_of(matrix, motion, medium.gravity)
-
-
-def _still(medium: Medium) -> Medium:
-    """Return the medium of an inertia without one: at rest in the world."""
-    return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 
 def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:

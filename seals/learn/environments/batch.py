@@ -145,9 +145,12 @@ class Environments:
             if not (self.simulator.pure and on_accelerator(asked)):
                 self._scene, (found, self.reached) = self._advance(self._scene, asked)
             else:
-                recorded = self._recorded or self._record(asked)
-                found, self.reached = recorded(asked)
-                self._scene = recorded.state
+                if self._recorded is None:
+                    from seals.learn.recorded import Recorded
+
+                    self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
+                found, self.reached = self._recorded(asked)
+                self._scene = self._recorded.state
             callback = self.simulator.frame_callback
             if callback is not None and not self.simulator.films:
                 callback(self.simulator.frame(self.reached))
@@ -301,13 +304,6 @@ class Environments:
         self._scene = scene
         if self._recorded is not None:
             self._recorded.begin(scene)
-
-    def _record(self, asked: Array) -> Recorded:
-        """Record a control step on the accelerator."""
-        from seals.learn.recorded import Recorded
-
-        self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
-        return self._recorded
 
     def _result(self, verdict: EpisodeOutcome, final: Tensor, observation: Tensor) -> StepResult:
         """Return the result of a step as tensors."""
