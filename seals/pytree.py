@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.arrays import Array, namespace
-
 if TYPE_CHECKING:
     from torch import Tensor
 
@@ -72,25 +70,6 @@ def mapped(value: Any, change: Callable[..., Any], *others: Any) -> Any:
         parts = [mapped(part, change, *more) for part, *more in zip(value, *others, strict=True)]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value if value is None else change(value, *others)
-
-
-def picked(fresh: Any, other: Any, ended: Array) -> Any:
-    """Select rows of one nest of tuples and mappings by the mask ``ended`` (N,), else of another.
-
-    Example:
-        >>> picked(
-        ...     (np.ones(2), {"a": np.ones(2)}),
-        ...     (np.zeros(2), {"a": np.zeros(2)}),
-        ...     np.array([True, False]),
-        ... )
-        (array([1., 0.]), {'a': array([1., 0.])})
-    """
-    xp = namespace(ended)
-
-    def leaf(old: Array, new: Array) -> Array:
-        return xp.where(xp.reshape(ended, (-1, *[1] * (old.ndim - 1))), new, old)
-
-    return mapped(other, leaf, fresh)
 
 
 def copied(value: Any) -> Any:

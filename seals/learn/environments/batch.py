@@ -14,9 +14,10 @@ from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.machine_verdict import MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.observations import picked
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
-from seals.pytree import copied, mapped, picked
+from seals.pytree import copied, mapped
 from seals.sound_numbers import refuse_not_finite
 from seals.tensor_compiler import compile_law
 

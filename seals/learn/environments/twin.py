@@ -17,9 +17,9 @@ from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
 from seals.learn.environments.machine_twin import MachineLaw
 from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.observations import picked
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.tree import forward
-from seals.pytree import picked
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds

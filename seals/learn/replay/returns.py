@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from seals.learn.observations import picked
 from seals.learn.stateful import Stateful
-from seals.pytree import mapped, picked
+from seals.pytree import mapped
 
 if TYPE_CHECKING:
     from torch import Tensor
