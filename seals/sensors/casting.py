@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.rendering.picture import png
 from seals.sensors.rays import Shape, distances, half_sizes, nearest_face, outward
 from seals.state_records import state_record
@@ -87,7 +87,7 @@ _trees: OrderedDict[int, tuple[Floats, Any, Floats]] = OrderedDict()
 
 
 class Hits(NamedTuple):
-    """First hits of n rays.
+    """First hits of n rays, in arrays of NumPy or PyTorch.
 
     Args:
         distance: along each ray [m], infinite for a miss, shape (n,).
@@ -95,9 +95,9 @@ class Hits(NamedTuple):
         shape: number of the shape hit, -1 for none, shape (n,).
     """
 
-    distance: Floats
-    normal: Floats
-    shape: NDArray[np.int64]
+    distance: Array
+    normal: Array
+    shape: Array
 
 
 def cast(shapes: Sequence[Shape], origin: Floats, directions: Floats, farthest: float) -> Hits:

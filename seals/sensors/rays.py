@@ -93,9 +93,12 @@ def distances(shape: Shape, origin: Floats, directions: Floats) -> Floats:
     """
     start, ways = (origin - shape.position) @ shape.turn, directions @ shape.turn
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        found: Floats
         if shape.kind == "mesh":
-            return nearest_face(shape.corners, start, ways)[0]
-        return entered(shape.kind, start[None], ways[None], half_sizes(shape)[None])[0]
+            found = nearest_face(shape.corners, start, ways)[0]
+        else:
+            found = entered(shape.kind, start[None], ways[None], half_sizes(shape)[None])[0]
+    return found
 
 
 def half_sizes(shape: Shape) -> Floats:
@@ -142,10 +145,10 @@ def _span(kind: str, start: Array, ways: Array, half: Array) -> tuple[Array, Arr
     # a capsule is the union of barrel and two balls, and convex: the spans touch or are empty
     up = as_like(np.array([0.0, 0.0, 1.0]), half)
     ends = [_quadric(start + sign * half * up, ways, radius) for sign in (1.0, -1.0)]
-    spans = [(a <= b, a, b) for a, b in ((enter, leave), *ends)]
+    parts = [(a <= b, a, b) for a, b in ((enter, leave), *ends)]
     return (
-        functools.reduce(xp.minimum, [xp.where(met, a, math.inf) for met, a, _ in spans]),
-        functools.reduce(xp.maximum, [xp.where(met, b, -math.inf) for met, _, b in spans]),
+        functools.reduce(xp.minimum, [xp.where(met, a, math.inf) for met, a, _ in parts]),
+        functools.reduce(xp.maximum, [xp.where(met, b, -math.inf) for met, _, b in parts]),
     )
 
 
