@@ -174,7 +174,12 @@ DESCRIPTIONS: dict[str, Guard] = {
         "processes_of",
     ),
     "layers of a network": Guard(
-        "seals.learn.networks", "    _refuse_widths(hidden)\n", "", COUNTS, "layers_of", "torchrl"
+        "seals.learn.networks",
+        "if len(hidden) > _MOST_LAYERS or not sound:",
+        "if False:",
+        COUNTS,
+        "layers_of",
+        "torchrl",
     ),
     "size of a basin": Guard(
         "seals.plugins.fluids.tank.fluid",

@@ -130,7 +130,7 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "meshes inside": Guard(
         "seals.robot.urdf",
-        "if not target.is_relative_to(_root(folder)):",
+        "if not target.is_relative_to(shipped if folder.is_relative_to(shipped) else folder):",
         "if False:",
         ROBOT,
         "outside",
@@ -158,8 +158,8 @@ ROBOTS_AND_TABLES: dict[str, Guard] = {
     ),
     "files that a URDF names": Guard(
         "seals.robot.urdf",
-        "    _refuse_names_elsewhere(path, raw)\n",
-        "",
+        "                refuse_elsewhere(element.attrib[key], path, where)\n",
+        "                pass\n",
         REFERENCES,
         "picture_elsewhere",
     ),

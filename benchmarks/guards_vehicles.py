@@ -81,7 +81,7 @@ VEHICLES: dict[str, Guard] = {
         "zeros_are",
     ),
     "declared size of a chunk of a bag": Guard(
-        _BAG,
+        "seals.plugins.readers.mcap_file",
         '    if size > _MOST_RECORD:\n        raise ValueError(f"a chunk',
         '    if False:\n        raise ValueError(f"a chunk',
         BAGS,
@@ -89,7 +89,7 @@ VEHICLES: dict[str, Guard] = {
         "rosbags",
     ),
     "unpacking of a bag's chunk": Guard(
-        _BAG, "(data, max_length=size + 1)", "(data)", HOSTILE, "no_further", "rosbags"
+        _BAG, "(raw, max_length=size + 1)", "(raw)", HOSTILE, "no_further", "rosbags"
     ),
     "records beyond their chunk": Guard(
         _BAG,

@@ -52,19 +52,24 @@ def is_tensor(value: Any) -> bool:
     return hasattr(value, "untyped_storage")
 
 
-def mapped(value: Any, change: Callable[[Any], Any]) -> Any:
-    """Return the nest with every leaf changed.
+def mapped(value: Any, change: Callable[..., Any], *others: Any) -> Any:
+    """Return the nest with every leaf changed, given the same leaves of other nests of its form.
 
     Example:
         >>> mapped((1, {"a": None, "b": (2,)}), lambda x: 10 * x)
         (10, {'a': None, 'b': (20,)})
+        >>> mapped({"a": 1, "b": (2,)}, lambda x, y: x + y, {"a": 10, "b": [20]})
+        {'a': 11, 'b': (22,)}
     """
     if isinstance(value, Mapping):
-        return {name: mapped(part, change) for name, part in value.items()}
+        return {
+            name: mapped(part, change, *(other[name] for other in others))
+            for name, part in value.items()
+        }
     if isinstance(value, tuple):
-        parts = [mapped(part, change) for part in value]
+        parts = [mapped(part, change, *more) for part, *more in zip(value, *others, strict=True)]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    return value if value is None else change(value)
+    return value if value is None else change(value, *others)
 
 
 def copied(value: Any) -> Any:

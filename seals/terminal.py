@@ -73,6 +73,28 @@ def plain_streams() -> Iterator[None]:
             sys.stdout, sys.stderr = before
 
 
+@contextlib.contextmanager
+def silenced(*numbers: int) -> Iterator[None]:
+    """Suppress the output of C code, such as that of drivers.
+
+    Args:
+        numbers: of the streams, 1 for output and 2 for errors; both when left out.
+    """
+    sys.stdout.flush()
+    sys.stderr.flush()
+    kept = {number: os.dup(number) for number in numbers or (1, 2)}
+    silent = os.open(os.devnull, os.O_WRONLY)
+    try:
+        for number in kept:
+            os.dup2(silent, number)
+        yield
+    finally:
+        for number, before in kept.items():
+            os.dup2(before, number)
+            os.close(before)
+        os.close(silent)
+
+
 def drawing(stream: TextIO) -> TextIO:
     """Return the stream for colours and bars, whose texts are `printable` by themselves."""
     return stream.below if isinstance(stream, PlainStream) else stream

@@ -66,20 +66,24 @@ def _gaits(out: Path, overrides: Sequence[str]) -> None:
         walks[name] = walked([*words, *overrides])
         print(f"{name}: {walks[name].lengths:.2f} body lengths/s", flush=True)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "gaits.md").write_text(markdown(HEAD, [_row(n, w) for n, w in walks.items()]))
+    # one row of the table of gaits
+    (out / "gaits.md").write_text(
+        markdown(
+            HEAD,
+            [
+                [
+                    n,
+                    f"{w.speed:.3f}",
+                    f"{w.lengths:.2f}",
+                    f"{w.cost:.2f}",
+                    f"{w.froude:.3f}",
+                    f"{w.stands.mean():.0%}",
+                ]
+                for n, w in walks.items()
+            ],
+        )
+    )
     draw_falls(walks, out / "foot_falls.png")
-
-
-def _row(name: str, walk: Walk) -> list[str]:
-    """Return one row of the table of gaits."""
-    return [
-        name,
-        f"{walk.speed:.3f}",
-        f"{walk.lengths:.2f}",
-        f"{walk.cost:.2f}",
-        f"{walk.froude:.3f}",
-        f"{walk.stands.mean():.0%}",
-    ]
 
 
 def _trials(out: Path, seeds: int, only: Sequence[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import SealsError
+from seals.experiments.trials import read_rows
 from seals.learn.evaluation.page import EPISODES
 from seals.logs.atomic import write_table
 from seals.logs.table import read_parquet
@@ -62,13 +62,13 @@ def gather(folders: Sequence[Path], worlds: Iterable[str]) -> Tables:
     for folder in folders:
         seed = int(folder.name)
         for number, world in enumerate((OWN, *worlds)):
-            for row in _rows(folder / world / EPISODES):
+            for row in read_rows(folder / world / EPISODES):
                 policy = BESIDE.get(row.pop("policy"), seed)
                 start = row.pop("seed")
                 keys = zip(_KEYS, (policy, number, float(start)), strict=True)
                 facts = {k: float(v or "nan") for k, v in row.items() if k not in _KEYS}
                 episodes.append({**dict(keys), **facts})
-        for row in _rows(folder / "evaluation.csv"):
+        for row in read_rows(folder / "evaluation.csv"):
             looks.append({"seed": seed, **{name: float(row[name]) for name in CURVE}})
     if not episodes:
         raise SealsError("nothing was judged.\nRun the recipe first, to its end.")
@@ -94,13 +94,6 @@ def shipped(name: str) -> Tables:
 
 def _paths(folder: Path, name: str) -> list[Path]:
     return [folder / f"{name}.parquet", folder / f"{name}_looks.parquet"]
-
-
-def _rows(path: Path) -> list[dict[str, str]]:
-    if not path.is_file():
-        return []
-    with path.open(encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Floats]:

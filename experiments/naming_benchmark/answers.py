@@ -205,9 +205,9 @@ def bic(table: Regression, columns: Sequence[int], freedom: int | None = None) -
     return float(n * np.log(left @ left / n) + count * np.log(n))
 
 
-def one_step_sparse(table: Regression) -> Names:
+def one_step_sparse(table: Regression, sparsify: Sparsifier = stlsq) -> Names:
     """Sparse regression (STLSQ) at the threshold that BIC prefers."""
-    found = [sparse(table, threshold) for threshold in THRESHOLDS]
+    found = [sparse(table, threshold, sparsify) for threshold in THRESHOLDS]
     names, score = min(found, key=lambda f: f[1])
     return names if score < bic(table, ()) else ()
 

@@ -45,17 +45,13 @@ class Shown(NamedTuple):
             names: phase of every second.
         """
         at = np.clip(((self.time - begin) / BIN).astype(int), 0, len(names) - 1)
-        square = self.size**2
-        by_time, by_phase = set(), set()
-        for second in np.unique(at):
-            level = np.sqrt(square[at == second].mean(axis=0))
-            by_time |= {f"{second} s {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-        given = np.array(names)[at]
-        for phase in sorted(set(names)):
-            if (given == phase).any():
-                level = np.sqrt(square[given == phase].mean(axis=0))
-                by_phase |= {f"{phase} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
-        return Regions(frozenset(by_time), frozenset(by_phase))
+        seconds, phases = np.array([f"{second} s" for second in at]), np.array(names)[at]
+        found: list[set[str]] = [set(), set()]
+        for said, given in zip(found, (seconds, phases), strict=True):
+            for name in np.unique(given):
+                level = np.sqrt((self.size[given == name] ** 2).mean(axis=0))
+                said |= {f"{name} {a}" for a, x in zip(AXES, level, strict=True) if x >= LEAST}
+        return Regions(*map(frozenset, found))
 
 
 class Regions(NamedTuple):

@@ -19,11 +19,9 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.experiments.naming_benchmark.answers import (
-    THRESHOLDS,
     Names,
     Regression,
-    bic,
-    sparse,
+    one_step_sparse,
     stlsq_of_pysindy,
 )
 from seals.logs.log import Log
@@ -32,13 +30,6 @@ OURS, STLSQ, STEPWISE, MUJOCO = "SEALS", "pysindy_STLSQ", "statsmodels_stepwise"
 NEEDS = {STLSQ: "pysindy", STEPWISE: "statsmodels"}
 """Package that a rival comes from."""
 _TIMEOUT = 900.0
-
-
-def pysindy_stlsq(table: Regression) -> Names:
-    """Effects that pysindy's STLSQ keeps at the threshold that BIC prefers."""
-    tried = [sparse(table, least, stlsq_of_pysindy) for least in THRESHOLDS]
-    names, score = min(tried, key=lambda found: found[1])
-    return names if score < bic(table, ()) else ()
 
 
 def stepwise(table: Regression) -> Names:
@@ -72,7 +63,7 @@ def stepwise(table: Regression) -> Names:
 
 
 REGRESSIONS: Mapping[str, Callable[[Regression], Names]] = {
-    STLSQ: pysindy_stlsq,
+    STLSQ: lambda table: one_step_sparse(table, stlsq_of_pysindy),
     STEPWISE: stepwise,
 }
 

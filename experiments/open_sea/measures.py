@@ -53,25 +53,29 @@ def measures(alone: Tow, ball: Tow) -> Measured:
             f"{name}: came": (tow.come, NONE),
             f"{name}: went": (tow.gone, NONE),
         }
-    found |= _surface(alone) | _cost("alone", alone) | _cost("ball", ball) | _forces(ball)
+    late, wide = _late(alone), alone.amplitude / 100.0
+    off, tops = (alone.inside - alone.outside)[late], (alone.tops - alone.outside)[late]
+    last = alone.time > alone.time[-1] - 4.0
+    found |= (
+        {
+            "elevation inside against outside, rms over amplitude [%]": (_rms(off) / wide, 10.0),
+            "the same over the last 4 s [%]": (
+                _rms((alone.inside - alone.outside)[last]) / wide,
+                10.0,
+            ),
+            "mean difference over amplitude [%]": (float(off.mean()) / wide, NONE),
+            "rms by the highest particles alone, over amplitude [%]": (_rms(tops) / wide, NONE),
+        }
+        | _cost("alone", alone)
+        | _cost("ball", ball)
+        | _forces(ball)
+    )
     gap = max(float(alone.gap.max()), float(ball.gap.max()))
     return Measured({**found, "largest gap of the momentum books [1]": (gap, 1e-4)})
 
 
 def _late(tow: Tow) -> Any:
     return tow.time > SETTLED * START
-
-
-def _surface(tow: Tow) -> dict[str, tuple[float, float]]:
-    late, wide = _late(tow), tow.amplitude / 100.0
-    off, tops = (tow.inside - tow.outside)[late], (tow.tops - tow.outside)[late]
-    last = tow.time > tow.time[-1] - 4.0
-    return {
-        "elevation inside against outside, rms over amplitude [%]": (_rms(off) / wide, 10.0),
-        "the same over the last 4 s [%]": (_rms((tow.inside - tow.outside)[last]) / wide, 10.0),
-        "mean difference over amplitude [%]": (float(off.mean()) / wide, NONE),
-        "rms by the highest particles alone, over amplitude [%]": (_rms(tops) / wide, NONE),
-    }
 
 
 def _cost(name: str, tow: Tow) -> dict[str, tuple[float, float]]:

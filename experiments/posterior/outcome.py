@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +12,7 @@ from seals.arrays import Floats
 from seals.errors import SealsError
 from seals.experiments.command import markdown
 from seals.experiments.posterior.tasks import ARMS
+from seals.experiments.trials import read_rows
 from seals.learn.statistics.interval import LEVEL
 from seals.logs.atomic import write_table
 from seals.logs.table import read_parquet
@@ -63,10 +63,9 @@ def gather(out: Path) -> dict[str, Floats]:
     for number, arm in enumerate(ARMS):
         for file in sorted((out / arm).glob("*/judged/*/episodes.csv")):
             seed, step = float(file.parents[2].name), float(file.parent.name)
-            with file.open(encoding="utf-8", newline="") as lines:
-                for row in csv.DictReader(lines):
-                    facts = (float(row[name] or "nan") for name in COLUMNS)
-                    rows.append((number, seed, step, float(row["seed"]), *facts))
+            for row in read_rows(file):
+                facts = (float(row[name] or "nan") for name in COLUMNS)
+                rows.append((number, seed, step, float(row["seed"]), *facts))
     if not rows:
         raise SealsError(f"{out}: nothing was judged.\nTrain and judge first.")
     table = np.array(rows)

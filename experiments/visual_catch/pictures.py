@@ -135,27 +135,28 @@ def _flown(job: tuple[Path, int, float]) -> int:
         return 0
     torch.set_num_threads(1)
     rng = np.random.default_rng((seed, 28))
-    found = _flight(seed, _words_of(rng), sway=SWAY * (seed % 2), rng=rng)
+    # the words of a random world: prey, posture, water, sun, ripples, floor
+    env = ("catch_seen", "catch_seen_fleeing")[int(rng.integers(2))]
+    found = _flight(
+        seed,
+        [
+            f"env={env}",
+            "backend=mujoco",
+            "task.duration=30",
+            "task.detector=parts",
+            *ARMS[int(rng.integers(2))],
+            f"water_type={list(WATERS)[int(rng.integers(len(WATERS)))]}",
+            f"optics.sun_zenith={rng.uniform(0.0, 1.2):.3f}",
+            f"optics.sun_azimuth={rng.uniform(-3.0, 3.0):.3f}",
+            f"sight.ripples={rng.choice([0.0, 1.0, 2.0, 3.0])}",
+            f"sight.tile={rng.uniform(0.08, 0.5):.3f}",
+        ],
+        sway=SWAY * (seed % 2),
+        rng=rng,
+    )
     with atomic_path(path) as beside:
         np.savez(beside, **found._asdict())
     return len(found.label)
-
-
-def _words_of(rng: np.random.Generator) -> list[str]:
-    """Return the words of a random world: prey, posture, water, sun, ripples, floor."""
-    env = ("catch_seen", "catch_seen_fleeing")[int(rng.integers(2))]
-    return [
-        f"env={env}",
-        "backend=mujoco",
-        "task.duration=30",
-        "task.detector=parts",
-        *ARMS[int(rng.integers(2))],
-        f"water_type={list(WATERS)[int(rng.integers(len(WATERS)))]}",
-        f"optics.sun_zenith={rng.uniform(0.0, 1.2):.3f}",
-        f"optics.sun_azimuth={rng.uniform(-3.0, 3.0):.3f}",
-        f"sight.ripples={rng.choice([0.0, 1.0, 2.0, 3.0])}",
-        f"sight.tile={rng.uniform(0.08, 0.5):.3f}",
-    ]
 
 
 def _flight(seed: int, words: Sequence[str], *, sway: float, rng: np.random.Generator) -> Pictures:

@@ -149,19 +149,16 @@ class Autopilot(VehicleController):
         """
         self._fins = fins_of(plant)
         layout = with_fins(plant.layout, self._fins)
-        axes = self._allocate(plant, layout, self._order(plant), NEEDED)
+        # the axes by rank; heave where the thrusters alone command it
+        centre = MassPropertyEstimator(plant.robot).at(stowed(plant.robot)).centre
+        matrix, arm = wrench_matrix(plant.layout, centre), mean_arm(plant.layout, centre)
+        lifted = HEAVE in commanded_axes(matrix, arm, LIFTED)
+        axes = self._allocate(plant, layout, (*STEERED, HEAVE) if lifted else STEERED, NEEDED)
         self._lifts = HEAVE in axes
         self._climbs = PITCH in axes and not self._lifts
         # where the error turns it at the largest rate
         self._most_error = self.turn_limit * self.spin_gain / max(self.turn_gain, 1e-9)
         self._drag = float(water_drag(plant)[0])
-
-    def _order(self, plant: Plant) -> tuple[int, ...]:
-        """Return the axes by rank; heave where the thrusters alone command it."""
-        centre = MassPropertyEstimator(plant.robot).at(stowed(plant.robot)).centre
-        matrix, arm = wrench_matrix(plant.layout, centre), mean_arm(plant.layout, centre)
-        lifted = HEAVE in commanded_axes(matrix, arm, LIFTED)
-        return (*STEERED, HEAVE) if lifted else STEERED
 
     def _unfit(self, layout: Layout, missing: str) -> str:
         """Return the refusal of a robot whose drives and fins do not command some axes."""
@@ -207,7 +204,17 @@ class Autopilot(VehicleController):
         # the Munk moment of added mass turns a slender body broadside
         through = s.velocity @ s.rotation
         wrench[3:] += s.submersion * cross3(through, self._added[:3, :3] @ through)
-        wanted, low, limit = self._allocated(s, wrench, ahead)
+        # thrusters, then fins, with their lower and upper limits
+        bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
+        low = np.concatenate((s.low, -self._fins.limit))
+        limit = np.concatenate((s.limit, self._fins.limit))
+        wanted = self._allocation.commands(
+            wrench[self._rows],
+            s.centre,
+            gain=np.concatenate((s.gain, bite)),
+            limit=limit,
+            low=low,
+        )
         count = self._plant.layout.drives
         order, after = self._quickened(s, wanted[:count], memory.drive)
         joints = joint_targets(aim, memory.joints, self._plant.robot).copy()
@@ -237,19 +244,6 @@ class Autopilot(VehicleController):
         if abs(pitch) >= self.pitch_limit:
             return math.copysign(self.pitch_limit, pitch), sum_
         return pitch, sum_ + step * climbing
-
-    def _allocated(
-        self, s: RobotState, wrench: Floats, ahead: float
-    ) -> tuple[Floats, Floats, Floats]:
-        """Return commands of thrusters and fins, with their lower and upper limits."""
-        bite = np.full(len(self._fins.joints), max(ahead, self.least_speed) ** 2)
-        low = np.concatenate((s.low, -self._fins.limit))
-        limit = np.concatenate((s.limit, self._fins.limit))
-        gain = np.concatenate((s.gain, bite))
-        wanted = self._allocation.commands(
-            wrench[self._rows], s.centre, gain=gain, limit=limit, low=low
-        )
-        return wanted, low, limit
 
 
 def _nose(yaw: float, pitch: float) -> Floats:

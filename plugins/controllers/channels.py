@@ -121,7 +121,12 @@ class Channels(ControllerOptions):
         layout, robot = plant.layout, plant.robot
         rotors = np.array([kind == "rotor" for kind in layout.kind], dtype=bool)
         drives, joints = layout.drives, robot.tree.joints
-        self._gravity, self._rest, self._wind = plant.gravity, stowed(robot), _steady_wind(plant)
+        # velocity of the air by the effects of the robot's model, world axes [m/s]
+        blows = [b.params["velocity"] for b in plant.effects.flows if b.kind is MediumKind.air]
+        wind: Floats = np.zeros(3)
+        for velocity in blows:
+            wind = wind + np.reshape(np.asarray(velocity), -1)[:3]
+        self._gravity, self._rest, self._wind = plant.gravity, stowed(robot), wind
         one = np.concatenate((rotors, np.zeros(joints, dtype=bool)))[:, None]
         ranges = np.where(one, *((link.one_way, link.two_way) if link else (PULSES, PULSES)))
         bottom = np.where(np.isfinite(robot.lower), robot.lower, -math.pi)
@@ -228,12 +233,3 @@ def _spread(key: str, values: Sequence[Any] | Floats, count: int) -> Floats:
             "Allowed: one an output (the drives, then the joints), or one for all"
         )
     return np.array(np.broadcast_to(given, (count,)))
-
-
-def _steady_wind(plant: Plant) -> Floats:
-    """Velocity of the air by the effects of the robot's model, world axes [m/s]."""
-    blows = [b.params["velocity"] for b in plant.effects.flows if b.kind is MediumKind.air]
-    wind: Floats = np.zeros(3)
-    for velocity in blows:
-        wind = wind + np.reshape(np.asarray(velocity), -1)[:3]
-    return wind

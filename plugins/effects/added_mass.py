@@ -212,21 +212,21 @@ class AddedMass(Effect):
                 "the diagonal is mass_x ... inertia_z."
             )
         _refuse_indefinite(
-            matrix + np.diag(self._diagonal()),
+            matrix
+            + np.diag(
+                [
+                    self.mass_x,
+                    self.mass_y,
+                    self.mass_z,
+                    self.inertia_x,
+                    self.inertia_y,
+                    self.inertia_z,
+                ]
+            ),
             "added_mass",
             "couplings small enough against mass_x ... inertia_z; "
             "reduce them or raise the diagonal.",
         )
-
-    def _diagonal(self) -> list[float]:
-        return [
-            self.mass_x,
-            self.mass_y,
-            self.mass_z,
-            self.inertia_x,
-            self.inertia_y,
-            self.inertia_z,
-        ]
 
     def constants(self) -> dict[str, Floats]:
         """Return the couplings, and the added mass of the floating hull, shape (1, 6, 6) each."""

@@ -186,7 +186,10 @@ class LiveFoxglove:
         # before anyone connects: the server may not know a channel yet that it has advertised
         topics = ("/state", *(f"/sensors/{name}" for name in settings.sensors))
         self._channels: dict[str, Any] = {
-            **{topic: self._json(topic) for topic in topics},
+            **{
+                topic: _sdk().Channel(topic, message_encoding="json", context=self._context)
+                for topic in topics
+            },
             "/tf": foxglove.channels.FrameTransformsChannel("/tf", context=self._context),
             "/scene": foxglove.channels.SceneUpdateChannel("/scene", context=self._context),
         }
@@ -221,9 +224,6 @@ class LiveFoxglove:
                 )
         self._gate.close()
         raise ConfigError("live=foxglove finds no address of this machine.\nAllowed: 127.0.0.1")
-
-    def _json(self, topic: str) -> Any:
-        return _sdk().Channel(topic, message_encoding="json", context=self._context)
 
     def tick(self, world: World) -> None:
         """Send new rows, and wait for the clock."""

@@ -119,7 +119,12 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
         if layout and name not in found:
             packed = np.dtype([(field, f"({_LIST_LENGTH},)<i2" if letter == _LIST else
                                 _TYPES[letter][0]) for field, letter in layout])  # fmt: skip
-            found[name] = Messages(rows=_gathered(content, starts, packed), letters=dict(layout))
+            # the structures that stand 3 bytes behind the given places
+            rows = np.empty((len(starts), packed.itemsize), dtype=np.uint8)
+            first = np.frombuffer(starts, dtype=np.int64) + 3
+            for k in range(packed.itemsize):
+                rows[:, k] = content[first + k]
+            found[name] = Messages(rows=rows.view(packed)[:, 0], letters=dict(layout))
     return found
 
 
@@ -147,15 +152,6 @@ def _layout(body: bytes) -> tuple[str, list[tuple[str, str]]]:
 def _width(letter: str) -> int:
     size = np.dtype(_TYPES[letter][0]).itemsize
     return size * _LIST_LENGTH if letter == _LIST else size
-
-
-def _gathered(content: NDArray[np.uint8], starts: array[int], packed: np.dtype[Any]) -> Any:
-    """Return the structures that stand 3 bytes behind the given places."""
-    rows = np.empty((len(starts), packed.itemsize), dtype=np.uint8)
-    first = np.frombuffer(starts, dtype=np.int64) + 3
-    for k in range(packed.itemsize):
-        rows[:, k] = content[first + k]
-    return rows.view(packed)[:, 0]
 
 
 _INSTANCES = ("I", "C", "Instance", "Inst")
@@ -396,15 +392,11 @@ def _range(topic: str, about: _Known) -> dict[str, Floats]:
     return {"range": np.where(good, _column(messages, name, topic), np.nan)}
 
 
-def _rate(topic: str, about: _Known) -> dict[str, Floats]:
-    return _vector("angular_velocity", "R P Y", np.pi / 180.0)(topic, about)
-
-
 _TOPICS: dict[str, Callable[..., dict[str, Floats]]] = {
     "IMU": _imu,
     "GYR": _vector("angular_velocity", "GyrX GyrY GyrZ"),
     "ACC": _vector("specific_force", "AccX AccY AccZ"),
-    "RATE": _rate,
+    "RATE": _vector("angular_velocity", "R P Y", np.pi / 180.0),
     "ATT": _attitude,
     "XKF1": _filter,
     "NKF1": _filter,

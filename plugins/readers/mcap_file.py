@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -116,7 +116,8 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
         if not isinstance(record, Chunk):
             yield record
             continue
-        data = _unpacked(record)
+        size, packing = int(record.uncompressed_size), record.compression
+        data = unpacked(record.data, size, packing, {"zstd": _zstd, "lz4": unpacked_lz4})
         total += len(data)
         if total > most:
             raise LogError(
@@ -126,18 +127,25 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
         yield from breakup_chunk(dataclasses.replace(record, compression="", data=data))
 
 
-def _unpacked(chunk: Any) -> bytes:
-    """Return the content of a chunk, unpacked within a bound on its size."""
-    size = int(chunk.uncompressed_size)
+def unpacked(
+    raw: bytes, size: int, packing: str, unpackers: Mapping[str, Callable[[bytes, int], bytes]]
+) -> bytes:
+    """Return the content of a chunk, unpacked within a bound on its size.
+
+    Args:
+        raw: as it stands in the file.
+        size: that the chunk declares [byte].
+        packing: name of the compression; empty for none.
+        unpackers: by that name; each returns up to one byte more than the given size.
+
+    Raises:
+        ValueError: it declares too much or another size, or is damaged.
+    """
     if size > _MOST_RECORD:
         raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")
-    raw: bytes = chunk.data
-    if chunk.compression == "zstd":
-        raw = _zstd(raw, size)
-    elif chunk.compression == "lz4":
-        raw = unpacked_lz4(raw, size)
-    elif chunk.compression:
-        raise ValueError(f"compression '{chunk.compression[:16]}' is not known")
+    if packing and packing not in unpackers:
+        raise ValueError(f"compression '{packing[:16]}' is not known")
+    raw = unpackers[packing](raw, size) if packing else raw
     if len(raw) != size:
         raise ValueError(f"a chunk holds other than the {size:,} bytes that it declares")
     return raw
@@ -157,9 +165,11 @@ def unpacked_lz4(raw: bytes, size: int) -> bytes:
     """Return the content of a frame of LZ4, up to one byte more than the given size.
 
     Raises:
+        MissingExtra: the package for it is absent.
         ValueError: it is damaged.
     """
-    from lz4.frame import LZ4FrameDecompressor
+    with optional_import("this recording needs lz4", "Install it: pip install 'aam-seals[logs]'"):
+        from lz4.frame import LZ4FrameDecompressor
 
     try:
         return bytes(LZ4FrameDecompressor().decompress(raw, max_length=size + 1))

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any, BinaryIO, ClassVar
 
-from seals.errors import LogError, optional_import
+from seals.errors import LogError
 from seals.field_roles import roles
 from seals.logs.log import Log
-from seals.plugins.readers.mcap_file import MOST_BYTES, most_unpacked, unpacked_lz4
+from seals.plugins.readers.mcap_file import MOST_BYTES, most_unpacked, unpacked, unpacked_lz4
 from seals.plugins.readers.mcap_file import messages as mcap_messages
 from seals.plugins.readers.ros_streams import Choice, Message, gather
 from seals.plugins.readers.streams import ReaderTopics, by_topic, finished
@@ -206,7 +206,9 @@ def _taken(header: dict[str, bytes], data: bytes, state: _State) -> Iterator[Mes
         raise ValueError("a record does not state its type")
     kind = header["op"][0]
     if kind == _CHUNK:
-        raw = _unpacked(header, data)
+        packing = header.get("compression", b"none").decode("latin-1")
+        size, plain = _whole(header, "size"), packing == "none"
+        raw = unpacked(data, size, "" if plain else packing, {"bz2": _bz2, "lz4": unpacked_lz4})
         state.unpacked += len(raw)
         if state.unpacked > state.most:
             raise ValueError(f"it unpacks to more than {state.most:,} bytes")
@@ -225,6 +227,10 @@ def _taken(header: dict[str, bytes], data: bytes, state: _State) -> Iterator[Mes
             seconds, nanoseconds = struct.unpack("<II", header.get("time", b""))
             stamp = seconds * 1_000_000_000 + nanoseconds
             yield Message(*topic, _ENCODING, stamp, data)
+
+
+def _bz2(raw: bytes, size: int) -> bytes:
+    return bz2.BZ2Decompressor().decompress(raw, max_length=size + 1)
 
 
 def _connect(header: dict[str, bytes], data: bytes, state: _State) -> None:
@@ -286,23 +292,6 @@ def _fields(raw: bytes) -> dict[str, bytes]:
 
 def _whole(header: dict[str, bytes], name: str) -> int:
     return int(struct.unpack("<I", header.get(name, b""))[0])
-
-
-def _unpacked(header: dict[str, bytes], data: bytes) -> bytes:
-    """Return the content of a chunk, unpacked within a bound on its size."""
-    size, packing = _whole(header, "size"), header.get("compression", b"none")
-    if size > _MOST_RECORD:
-        raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")
-    if packing == b"bz2":
-        data = bz2.BZ2Decompressor().decompress(data, max_length=size + 1)
-    elif packing == b"lz4":
-        with optional_import("this bag needs lz4", "Install it: pip install 'aam-seals[logs]'"):
-            data = unpacked_lz4(data, size)
-    elif packing != b"none":
-        raise ValueError(f"compression '{packing[:16].decode('latin-1')}' is not known")
-    if len(data) != size:
-        raise ValueError(f"a chunk holds other than the {size:,} bytes that it declares")
-    return data
 
 
 Source = Callable[[Path, Callable[[str, str, str], bool], dict[str, str]], Iterator[Message]]

@@ -93,11 +93,6 @@ def _decode(raw: bytes, kind: str, encoding: str, *, where: str) -> Any:
         raise LogError(f"{where}: a message of type '{kind}' is damaged ({reason}).") from error
 
 
-def _decodable(kind: str, encoding: str) -> bool:
-    """Return whether the type has known channels and an encoding that can be read."""
-    return kind in KNOWN and encoding in ("cdr", "ros1", "json")
-
-
 @functools.cache
 def _store(encoding: str) -> Any:
     """Return the types that ROS ships, by the encoding of their messages; None for others."""
@@ -233,7 +228,10 @@ class Choice:
         """Return whether messages of a topic are to be decoded."""
         if topic in self.fields:
             return True
-        return _decodable(kind, encoding) and (not self.topics or topic in self.topics)
+        # whether the type has known channels and an encoding that can be read
+        return (kind in KNOWN and encoding in ("cdr", "ros1", "json")) and (
+            not self.topics or topic in self.topics
+        )
 
 
 @dataclass(kw_only=True)

@@ -15,7 +15,7 @@ from seals.rendering.camera import OPTICAL, Lens
 from seals.rendering.camera_view import Shot
 from seals.rendering.picture import MILLIMETRE, Picture
 from seals.schema import optional, param, setting
-from seals.sensors.mount import Mount, MountedSensor
+from seals.sensors.mount import Mount, PicturingSensor
 from seals.sensors.protocol import SensorInput
 
 WHAT = ("rgb", "depth", "segmentation", "normals")
@@ -25,7 +25,7 @@ _NGUYEN = "Nguyen, Izadi and Lovell 2012, 3DIMPVT, eq. 1, with its parabola begu
 
 @roles(data="what")
 @dataclass(kw_only=True)
-class SensorCamera(MountedSensor):
+class SensorCamera(PicturingSensor):
     """Pinhole camera with depth; it looks along its x axis, z is up in the image.
 
     Equation:
@@ -66,8 +66,6 @@ class SensorCamera(MountedSensor):
         24.0
     """
 
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = setting(10.0, "Hz", bounds=(0.01, 1e4), source="chosen")
     width: int = 128
     height: int = 128
@@ -79,7 +77,6 @@ class SensorCamera(MountedSensor):
     depth_floor: float = param(0.0012, "m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)
     depth_growth: float = param(0.0019, "1/m", bounds=(0.0, 1.0), tolerance=0.0005, source=_NGUYEN)
 
-    idles: ClassVar[bool] = True
     sees: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -117,10 +114,6 @@ class SensorCamera(MountedSensor):
             "what": list(self.what),
             "depth_unit": MILLIMETRE,
         }
-
-    def start(self, rng: np.random.Generator) -> Any:
-        """Return the initial state: the number of the next image."""
-        return 0
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool

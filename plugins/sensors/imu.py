@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
 from seals.schema import param, setting
-from seals.sensors.mount import Mount, MountedSensor
+from seals.sensors.mount import Mount, PlacedSensor
 from seals.sensors.protocol import SensorInput
 from seals.state_records import state_record
 
@@ -24,7 +24,7 @@ class _Memory(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class SensorImu(MountedSensor):
+class SensorImu(PlacedSensor):
     """Accelerometer and gyroscope at a mounting point of a link.
 
     Equation:
@@ -68,8 +68,6 @@ class SensorImu(MountedSensor):
         100.0
     """
 
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = setting(250.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     accelerometer_noise: float = param(
         2e-3,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.schema import check_order, check_tree, count, param
 from seals.sensors.casting import MOST_RAYS, Scan, cast, counts
-from seals.sensors.mount import Mount, MountedSensor
+from seals.sensors.mount import Mount, PicturingSensor
 from seals.sensors.protocol import SensorInput
 
 _VLP = "Velodyne VLP-16 data sheet"
@@ -21,7 +21,7 @@ _CHOSEN = "chosen"
 
 
 @dataclass(kw_only=True)
-class SensorLidar(MountedSensor):
+class SensorLidar(PicturingSensor):
     """Lidar in air: first return of every ray; x ahead, z up, rays from left to right.
 
     Equation:
@@ -62,8 +62,6 @@ class SensorLidar(MountedSensor):
         {'picture': 1, 'lidar_range': 8}
     """
 
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = param(10.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source=_VLP, fit=False)
     points: int = count(360, bounds=(1, 65_536))
     rings: int = count(1, bounds=(1, 1024))
@@ -79,7 +77,6 @@ class SensorLidar(MountedSensor):
     missed: float = param(0.005, "1", bounds=(0.0, 1.0), tolerance=0.005, source=_CHOSEN)
     sectors: int = count(8, bounds=(1, 65_536))
 
-    idles: ClassVar[bool] = True
     records: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -115,10 +112,6 @@ class SensorLidar(MountedSensor):
             "elevations": self.elevations.tolist(),
             "range_unit": self.unit,
         }
-
-    def start(self, rng: np.random.Generator) -> Any:
-        """Return the initial state: the number of the next image."""
-        return 0
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool

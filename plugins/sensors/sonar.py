@@ -15,7 +15,7 @@ from seals.schema import check_order, check_tree, count, param
 from seals.sensors.acoustics import absorption, line_pattern, linear
 from seals.sensors.casting import MOST_RAYS, Hits, Scan, cast, counts, fan
 from seals.sensors.echoes import Echoes, scattered
-from seals.sensors.mount import Mount, MountedSensor
+from seals.sensors.mount import Mount, PicturingSensor
 from seals.sensors.protocol import SensorInput
 from seals.sensors.surroundings import Surroundings
 from seals.sensors.tensor_echoes import PingLayout, TensorEchoes
@@ -38,7 +38,7 @@ _DEVICES = ("numpy", "cpu", "cuda")
 
 @roles(data="strengths speckle multipath profile device")
 @dataclass(kw_only=True)
-class SensorSonar(MountedSensor):
+class SensorSonar(PicturingSensor):
     """Sonar: echo level over bearing and range; looks along its x axis, beams fan out about z.
 
     Equation:
@@ -102,8 +102,6 @@ class SensorSonar(MountedSensor):
         {'picture': 1, 'sonar_range': 64}
     """
 
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     rate: float = param(10.0, "Hz", bounds=(0.01, 1e4), tolerance=0.0, source=_CHOSEN, fit=False)
     frequency: float = param(
         750e3, "Hz", bounds=(200.0, 5e6), tolerance=0.0, source=_OCULUS, fit=False
@@ -146,7 +144,6 @@ class SensorSonar(MountedSensor):
     )
     device: str = "numpy"
 
-    idles: ClassVar[bool] = True
     records: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -205,10 +202,6 @@ class SensorSonar(MountedSensor):
             "bin": self.size,
             "level_unit": CENTIBEL,
         }
-
-    def start(self, rng: np.random.Generator) -> Any:
-        """Return the initial state: the number of the next image."""
-        return 0
 
     def sense(
         self, felt: SensorInput, memory: Any, rng: np.random.Generator, *, due: bool

@@ -21,7 +21,7 @@ from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
-from seals.plugins.tasks.rewards import Reward, near, unshaped
+from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.robot.model import RobotModel
 from seals.schema import setting, vector
 
@@ -112,8 +112,7 @@ def _fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
     one = grip * 0.0 + 1.0
     flat = now.action[:, :2] + EASE * (velocity[:, :2] / task.speed - now.action[:, :2])
     wanted = xp.concat((flat, velocity[:, 2:3] / task.speed, xp.where(closing, one, -one)), axis=1)
-    bound = wanted * 0.0 + 1.0
-    return xp.minimum(xp.maximum(wanted, -bound), bound)
+    return xp.clip(wanted, -1.0, 1.0)
 
 
 def _speed(now: Instant) -> Array:
@@ -141,9 +140,7 @@ def _pace(now: Instant, closing: Array) -> Array:
     """
     xp = namespace(now.position)
     own = xp.concat((now.velocity[:, :2], now.velocity[:, 2:3] * 0.0), axis=1)
-    pace = xp.where(closing, own, now.target_velocity)
-    most = pace * 0.0 + PACE
-    pace = xp.minimum(xp.maximum(pace, -most), most)
+    pace = xp.clip(xp.where(closing, own, now.target_velocity), -PACE, PACE)
     return xp.concat((pace[:, 0:1], BESIDE * pace[:, 1:2], pace[:, 2:3]), axis=1)
 
 
@@ -378,12 +375,10 @@ class TaskCatch(TaskReach):
 
     def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
         """Return the rewards of a step, shape (N,), and the new state."""
-        xp = namespace(now.position)
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
-        change = now.action - before.action
-        cost = self.smooth * xp.sqrt(xp.sum(change * change, axis=1))
+        cost = self.smooth * length(now.action - before.action)
         if self.reward_form is Reward.progress:
             return self.rate * (self.stages(now) - self.stages(before)) - cost, memory
         return self.stages(now) - cost, memory

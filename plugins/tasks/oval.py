@@ -61,8 +61,5 @@ class TaskOval(TaskHover):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Scripted policy: target velocity plus proportional position error."""
-        xp = namespace(now.position)
-        follow = now.target_velocity / self.speed
-        wanted = super().scripted_policy(now) + follow
-        one = wanted * 0.0 + 1.0
-        return xp.minimum(xp.maximum(wanted, -one), one)
+        wanted = super().scripted_policy(now) + now.target_velocity / self.speed
+        return namespace(wanted).clip(wanted, -1.0, 1.0)

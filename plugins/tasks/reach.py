@@ -207,7 +207,5 @@ class TaskReach(Task):
 
     def scripted_policy(self, now: Instant) -> Array:
         """Scripted policy: velocity towards the target, slower near it, shape (N, 3)."""
-        xp = namespace(now.position)
         wanted = self.way(now) * (EXPERT_GAIN / self.speed)
-        one = wanted * 0.0 + 1.0
-        return xp.minimum(xp.maximum(wanted, -one), one)
+        return namespace(wanted).clip(wanted, -1.0, 1.0)

@@ -65,7 +65,7 @@ def scripted(
     """
     xp = namespace(way)
     one = far * 0.0 + 1.0
-    share = xp.minimum(xp.maximum(far / SLOWING, 0.3 * one), one)
+    share = xp.clip(far / SLOWING, 0.3, 1.0)
     going = xp.astype(far > 0.5 * task.success_distance, far.dtype)
     pace = going * share * (PACE / task.speed) / xp.maximum(far, one * 1e-6)
     angle = xp.atan2(way[:, 1:2], way[:, 0:1])
@@ -78,8 +78,7 @@ def scripted(
         for name, (low, high) in ranges.items()
     ]
     wanted = xp.concat((pace * way, turn, *columns), axis=1)
-    most = wanted * 0.0 + 1.0
-    return xp.minimum(xp.maximum(wanted, -most), most)
+    return xp.clip(wanted, -1.0, 1.0)
 
 
 GRAVITY = 9.81

@@ -162,7 +162,10 @@ class Response:
             min((t[0] for t in touched), default=0),
             max((t[1] for t in touched), default=1),
         )
-        return Force(self._wrenches(found, batch, links), self._joint_force(found), (first, last))
+        force: Floats = np.zeros_like(self._joints.velocity)
+        for _, more in found.joint_loads:
+            force = force + more
+        return Force(self._wrenches(found, batch, links), force, (first, last))
 
     def _wrenches(self, found: Evaluation, batch: int, links: int) -> Floats:
         """Wrenches on the links less the resistance of added inertia, shape (B, L, 6)."""
@@ -189,12 +192,6 @@ class Response:
                 total[rows] -= pull
         out: Floats = by_batch(total, links)
         return out
-
-    def _joint_force(self, found: Evaluation) -> Floats:
-        force: Floats = np.zeros_like(self._joints.velocity)
-        for _, more in found.joint_loads:
-            force = force + more
-        return force
 
     def changes(self, forces: Sequence[Force]) -> list[Floats]:
         """Changes of accelerations and specific force by small forces.

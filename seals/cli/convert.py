@@ -125,7 +125,17 @@ def execute(config: Any) -> int:
         whole, said = adapted(replace(log, meta=known), config, vehicle)
         for words in said:
             print(f"recognised: {words}")
-        _tell(whole, vehicle)
+        # print the findings of the log check; refuse a log that no verb can use
+        found = check_log(whole, vehicle)
+        grave = [finding for finding in found if finding.severity is Severity.REFUSE]
+        if grave:
+            raise SealsError(
+                f"log '{whole.name}' cannot be used: {grave[0].channel or 'all'}: "
+                f"{grave[0].message}\n"
+                "Correct this column in the file or in the map: seals help convert"
+            )
+        for line in lines_of(found)[:_MOST_FINDINGS]:
+            print(line)
         write_native(whole, place, urdf=urdf, table=str(config.table), replace=config.replace)
         print(f"{place}: {whole.rows} rows, {', '.join(whole.channels())}")
         if len(logs) == 1:
@@ -254,20 +264,3 @@ def _cut(log: Log, span: list[float]) -> Log:
         first, last = log.time.min(), log.time.max()
         raise ConfigError(f"span={span} holds no row.\nThe log runs from {first:g} to {last:g} s.")
     return log.select(kept)
-
-
-def _tell(log: Log, vehicle: Mapping[str, Any]) -> None:
-    """Print the findings of the log check; refuse a log that no verb can use.
-
-    Raises:
-        SealsError: the log cannot be used.
-    """
-    found = check_log(log, vehicle)
-    grave = [finding for finding in found if finding.severity is Severity.REFUSE]
-    if grave:
-        raise SealsError(
-            f"log '{log.name}' cannot be used: {grave[0].channel or 'all'}: {grave[0].message}\n"
-            "Correct this column in the file or in the map: seals help convert"
-        )
-    for line in lines_of(found)[:_MOST_FINDINGS]:
-        print(line)

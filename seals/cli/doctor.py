@@ -126,7 +126,13 @@ def configuration(full: bool = False) -> Iterator[Remark]:
     whole = [(f"robot={name}", "run") for name in robot_names()]
     whole += [(f"experiment={name}", root) for name, root in experiments().items()]
     if not full:
-        ours = _ours()
+        # the names of the robots and experiments of this package
+        kinds = [*registry.plugins("robot").values(), *registry.plugins("animal").values()]
+        robots = {plugin.name for plugin in kinds if plugin.distribution == NAME}
+        folders = [folder for plugin, folder in conf_folders() if plugin.distribution == NAME]
+        ours = robots | {
+            path.stem for folder in folders for path in folder.glob("experiment/*.yaml")
+        }
         others = [one for one in whole if one[0].partition("=")[2] not in ours]
         whole = [*others, *whole[:1]]
     sound = 0
@@ -138,14 +144,6 @@ def configuration(full: bool = False) -> Iterator[Remark]:
             yield "FAULT", override, _short(str(refusal))
     more = "" if full else "; all: seals doctor full=true"
     yield "ok", "compositions", f"{sound} of {len(whole)} compose{more}"
-
-
-def _ours() -> set[str]:
-    """Return the names of the robots and experiments of this package."""
-    kinds = [*registry.plugins("robot").values(), *registry.plugins("animal").values()]
-    robots = {plugin.name for plugin in kinds if plugin.distribution == NAME}
-    folders = [folder for plugin, folder in conf_folders() if plugin.distribution == NAME]
-    return robots | {path.stem for folder in folders for path in folder.glob("experiment/*.yaml")}
 
 
 def data() -> Iterator[Remark]:

@@ -61,7 +61,14 @@ class Application:
         from hydra.core.hydra_config import HydraConfig
 
         if self.folder and config.get("out"):
-            _refuse_file(Path(str(config.out)))
+            # refuse an output folder that is a file, or below one, before anything is computed
+            out = Path(str(config.out))
+            file = next((place for place in (out, *out.parents) if place.is_file()), None)
+            if file is not None:
+                raise ConfigError(
+                    f"out={out} is to be a folder, but {file} is a file.\n"
+                    "Give another name: out=FOLDER"
+                )
         if self.logs:
             from seals.sysid.report.given_logs import place_logs
 
@@ -103,19 +110,6 @@ def diagnose(arguments: list[str]) -> int:
     if value_of(arguments, "experiment") is not None:
         return launch("compare", arguments, Application("seals.sysid.report.runs_application"))
     return launch("diagnose", arguments, Application("seals.sysid.report.application", logs=True))
-
-
-def _refuse_file(out: Path) -> None:
-    """Refuse an output folder that is a file, or below one, before anything is computed.
-
-    Raises:
-        ConfigError: there is such a file.
-    """
-    file = next((place for place in (out, *out.parents) if place.is_file()), None)
-    if file is not None:
-        raise ConfigError(
-            f"out={out} is to be a folder, but {file} is a file.\nGive another name: out=FOLDER"
-        )
 
 
 def channelled(arguments: list[str]) -> list[str]:

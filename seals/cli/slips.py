@@ -131,15 +131,13 @@ def refuse_cut(words: Sequence[str]) -> None:
     """
     for k, word in enumerate(words):
         wholes = (" ".join(words[k:end]) for end in range(k + 1, len(words) + 1))
-        whole = next((w for w in wholes if _closed(w)), word)
+        whole = next(
+            (w for w in wholes if all(w.count(a) <= w.count(b) for a, b in ("[]", "{}"))), word
+        )
         if whole != word and "=" in word:
             raise ConfigError(
                 f"{word} ends inside of its brackets.\nQuote a value with spaces: '{whole}'"
             )
-
-
-def _closed(text: str) -> bool:
-    return all(text.count(a) <= text.count(b) for a, b in ("[]", "{}"))
 
 
 def refuse_unknown_flags(words: Sequence[str]) -> None:

@@ -99,7 +99,13 @@ class PluginSource(ConfigSource):
         elif group == "robot":
             node = _robot_option(name)
         elif group == MODEL:
-            node = _model_option(name)
+            # a model overlay as a Hydra option
+            path = find_overlay(name)
+            if path is None:
+                raise ConfigError(
+                    f"model '{name}' is no longer there.\nModels lie in the folder models/"
+                )
+            node = OmegaConf.create(load_overlay(path))
         elif group == "controller" and name.startswith(OWN):
             node = _controller_option(name.removeprefix(OWN))
         else:
@@ -228,18 +234,6 @@ def _controller_option(robot: str) -> Container:
     node = _typed_node(schema_of(registry.get("controller", plugin)))
     merged: Any = OmegaConf.merge({"controller": node}, {"controller": values})
     return cast(Container, merged.controller)
-
-
-def _model_option(name: str) -> Container:
-    """Return a model overlay as a Hydra option.
-
-    Raises:
-        ConfigError: there is no such model, or its file holds keys that no model has.
-    """
-    path = find_overlay(name)
-    if path is None:
-        raise ConfigError(f"model '{name}' is no longer there.\nModels lie in the folder models/")
-    return OmegaConf.create(load_overlay(path))
 
 
 def _typed_node(schema: type) -> Container:

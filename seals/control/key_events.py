@@ -105,11 +105,6 @@ _WORDS = {
 }
 
 
-def _is_control(name: str) -> bool:
-    """Return whether a name is that of a key, axis or button of a script."""
-    return name in CONTROLS or bool(re.fullmatch(r"(axis|button)_\d+", name))
-
-
 def stick_of(held: Mapping[str, float]) -> Stick:
     """Return the stick input of the held controls.
 
@@ -295,7 +290,8 @@ def _entry(where: str, raw: Any) -> list[Event]:
 
 
 def _event(where: str, time: float, control: str, value: float) -> Event:
-    if not _is_control(control):
+    # whether a name is that of a key, axis or button of a script
+    if not (control in CONTROLS or bool(re.fullmatch(r"(axis|button)_\d+", control))):
         raise ConfigError(
             f"{where} there is no control '{control}'.\n{suggestion(control, CONTROLS, most=40)}"
         )

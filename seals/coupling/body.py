@@ -469,7 +469,14 @@ class CoupledBody(BodyOptions):
         self._forces.measure()
         # written so that a motion that is not a number is looked at as well
         if not raw @ raw <= self.engine.top_speed**2:
-            self._refuse_speed(float(np.abs(raw).max()))
+            # refuse a motion that the engine would clamp, or that is not a number
+            fastest = float(np.abs(raw).max())
+            if not fastest <= self.engine.top_speed:
+                raise PhysicsError(
+                    f"robot '{self.robot.name}' moves at {fastest:.0f} m/s or rad/s.\n"
+                    f"Allowed: up to {self.engine.top_speed:g}; "
+                    "take a smaller time.step or check forces and masses."
+                )
         before = self._speed.now
         kick = raw - before
         self._forces.moved(kick, step)
@@ -552,15 +559,6 @@ class CoupledBody(BodyOptions):
         speed[:6] += change
         self._speed = HalfStep(speed)
         self.engine.set_velocity(speed, self._joints)
-
-    def _refuse_speed(self, fastest: float) -> None:
-        """Refuse a motion that the engine would clamp, or that is not a number."""
-        if not fastest <= self.engine.top_speed:
-            raise PhysicsError(
-                f"robot '{self.robot.name}' moves at {fastest:.0f} m/s or rad/s.\n"
-                f"Allowed: up to {self.engine.top_speed:g}; "
-                "take a smaller time.step or check forces and masses."
-            )
 
     def _meets_stop(self, step: float) -> bool:
         """Return whether a joint reaches a limit in the next step, or stands at one under loads.

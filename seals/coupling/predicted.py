@@ -269,7 +269,9 @@ class PredictedForces:
             contacts: of the last step.
             joints: positions [rad or m], shape (J,).
         """
-        standing = self._stands(dynamics, step, contacts)
+        driven = bool(self._feet) and dynamics.joint_drive is not None
+        # whether a leg of the robot is in contact, or was a moment ago
+        standing = driven and self._touch(step, contacts)
         if standing:
             wrench, joint_force = self._pushed(dynamics, contacts)
         else:
@@ -375,12 +377,6 @@ class PredictedForces:
                 joint_force = self._split.joint_forces(dynamics, acting) if found is None else found
         self._given = joint_force
         return wrench, joint_force
-
-    def _stands(self, dynamics: Dynamics, step: float, contacts: Contacts) -> bool:
-        """Return whether a leg of the robot is in contact, or was a moment ago."""
-        if not self._feet or dynamics.joint_drive is None:
-            return False
-        return self._touch(step, contacts)
 
     def _touch(self, step: float, contacts: Contacts) -> bool:
         return self._motors.wanted(not self._feet.isdisjoint(contacts.links), step)

@@ -117,17 +117,13 @@ class EffectSet:
                 )
             chosen[name][parameter] = value
         plain = self._as_bound and type(like) is np.ndarray and like.dtype == np.float64
-        return self._with(
-            [
-                b
-                if plain and not chosen[b.name]
-                else replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch))
-                for b in self.bound
-            ]
-        )
-
-    def _with(self, bound: Sequence[BoundEffect]) -> EffectSet:
-        """Return the set with other parameters, sorted as this one."""
+        # the set with other parameters, sorted as this one
+        bound = [
+            b
+            if plain and not chosen[b.name]
+            else replace(b, params=_params(b.effect, chosen[b.name], like, len(b.links), batch))
+            for b in self.bound
+        ]
         other = copy.copy(self)
         other.bound, other._as_bound = tuple(bound), False
         for kind in _KINDS:

@@ -158,17 +158,16 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
     hooks = {n for n in HOOKS if n not in _UNSEEN and callable(getattr(law, n, None))}
     if not hooks or callable(getattr(law, "drives", None)):
         return False
+    # true if a hook on links reads the joints
     return all(
         (h not in ("actuation", "drive_loads") or len(subject.lag) > 0)
         and (h not in ("joint_loads", "joint_drive", "joint_resistance") or bool(subject.servo))
-        and (subject.robot.tree.joints > 0 or not _needs_joints(law, h))
+        and (
+            subject.robot.tree.joints > 0
+            or not (h in ARGUMENTS and "joints" in arguments_of_class(law, h))
+        )
         for h in hooks
     )
-
-
-def _needs_joints(law: type[Effect], hook: str) -> bool:
-    """Return true if a hook on links reads the joints."""
-    return hook in ARGUMENTS and "joints" in arguments_of_class(law, hook)
 
 
 _UNSEEN = ("drives", "battery_update", "axis_misalignment")

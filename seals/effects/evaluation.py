@@ -140,13 +140,20 @@ class Evaluator:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
         loads, joint_loads = [], []
-        dry = bool(self._drying) and _is_dry(sample)
+        # true if nothing is submerged
+        dry = bool(self._drying) and (
+            type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
+        )
         inertias = self._inertias(motion, sample, joints, inputs, memory, new, seen, dry)
         running: list[tuple[BoundEffect, Drives]] = []
         for b in self.inertia_changes:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            added, wrench = _nominal(b, part, medium)
-            inertias.append((b, rows, added, _still(medium)))
+            # a change of the rigid inertia moves with the link in a medium at rest, and weighs
+            matrix = b.hooks.inertia_change(part.body, b.params)
+            one = part.velocity[:, 0:1] * 0.0 + 1.0
+            added, wrench = AddedInertia(matrix, one), weight_of(matrix, part, medium.gravity)
+            none = medium.velocity * 0.0
+            inertias.append((b, rows, added, medium._replace(velocity=none, acceleration=none)))
             loads.append((b, rows, wrench))
         for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
@@ -378,11 +385,6 @@ def vanishes_dry(b: BoundEffect) -> bool:
     return b.effect.zero_when_dry and b.kind is MediumKind.water and not b.effect.memory_size
 
 
-def _is_dry(sample: Sample) -> bool:
-    """Return true if nothing is submerged."""
-    return type(sample.submersion) is np.ndarray and not np.count_nonzero(sample.submersion)
-
-
 def _power_of(running: list[tuple[BoundEffect, Drives]], like: Array) -> Array:
     """Electrical power of all drives [W], shape (batch, 1).
 
@@ -412,18 +414,6 @@ def thrust_wrench(drives: Drives, arm: Array | None = None) -> Wrench:
     arm = cross(drives.position, drives.axis) if arm is None else arm
     force = drives.thrust @ drives.axis
     return Wrench(force, drives.thrust @ arm + drives.torque @ drives.axis)
-
-
-def _nominal(b: BoundEffect, motion: Motion, medium: Medium) -> tuple[AddedInertia, Wrench]:
-    """Convert a change of the rigid inertia to inertia that moves with the link, with weight."""
-    matrix = b.hooks.inertia_change(motion.body, b.params)
-    one = motion.velocity[:, 0:1] * 0.0 + 1.0
-    return AddedInertia(matrix, one), weight_of(matrix, motion, medium.gravity)
-
-
-def _still(medium: Medium) -> Medium:
-    """Return the medium of an inertia without one: at rest in the world."""
-    return medium._replace(velocity=medium.velocity * 0.0, acceleration=medium.velocity * 0.0)
 
 
 def _keep(new: dict[str, Array], b: BoundEffect, kept: Array) -> None:

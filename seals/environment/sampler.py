@@ -11,7 +11,7 @@ from seals.arrays import Array, Floats, as_like, namespace
 from seals.environment.sample import Sample
 from seals.environment.seawater import density_of, viscosity_of
 from seals.environment.settings import EnvironmentSettings
-from seals.environment.waves import Sea, Waves, carried
+from seals.environment.waves import Waves, carried
 from seals.environment.wetting import POINT_RADIUS, Wetting, WettingExact, WettingNone, WettingTable
 from seals.frames import FEW, cross, unrotate
 from seals.hydrostatics import Hull, HullSphere, HullTable
@@ -98,7 +98,24 @@ class EnvironmentSampler:
     def sample(self, motion: Motion) -> Sample:
         """Sample air and water at the links, without flow effects such as wind and current."""
         if self.water_level is None:
-            return self._dry(motion)
+            # sample where there is no water
+            zero, none = self._constants["zero"], self._none
+            return Sample(
+                submersion=zero,
+                submersion_rate=zero,
+                buoyancy_centre=none,
+                normal=motion.up,
+                sinking_speed=zero,
+                gravity=self._constants["gravity"],
+                water_velocity=none,
+                water_acceleration=none,
+                water_density=zero,
+                water_viscosity=zero,
+                air_velocity=self._none,
+                air_density=self._constants["air_density"],
+                air_viscosity=self._constants["air_viscosity"],
+                one=self._constants["one"],
+            )
         sea = self.waves.at(motion.position, motion.time, self.water_level)
         normal = motion.up if sea.normal is None else unrotate(motion.rotation, sea.normal)
         height = sea.elevation - motion.position[:, 2:3]
@@ -115,6 +132,10 @@ class EnvironmentSampler:
         if wet.volume is not self._wet_volume:
             # those of the dry and of the submerged state are the very same arrays every time
             self._wet_volume, self._share = wet.volume, wet.volume * self._inverse_volume
+        felt = sea.acceleration
+        if felt is not None and sea.gradient is not None:
+            # acceleration of the water along the path of the point, world axes [m/s^2]
+            felt = felt + carried(sea.gradient, sea.velocity)
         return Sample(
             submersion=self._share,
             submersion_rate=rate,
@@ -125,9 +146,7 @@ class EnvironmentSampler:
             water_velocity=self._none
             if sea.velocity is None
             else unrotate(motion.rotation, sea.velocity),
-            water_acceleration=(
-                self._none if sea.acceleration is None else unrotate(motion.rotation, _felt(sea))
-            ),
+            water_acceleration=self._none if felt is None else unrotate(motion.rotation, felt),
             water_density=self._density.at(depth),
             water_viscosity=self._viscosity.at(depth),
             air_velocity=self._none,
@@ -136,26 +155,6 @@ class EnvironmentSampler:
             one=self._constants["one"],
             depth=height,
             water_gradient=sea.gradient,
-        )
-
-    def _dry(self, motion: Motion) -> Sample:
-        """Sample where there is no water."""
-        zero, none = self._constants["zero"], self._none
-        return Sample(
-            submersion=zero,
-            submersion_rate=zero,
-            buoyancy_centre=none,
-            normal=motion.up,
-            sinking_speed=zero,
-            gravity=self._constants["gravity"],
-            water_velocity=none,
-            water_acceleration=none,
-            water_density=zero,
-            water_viscosity=zero,
-            air_velocity=self._none,
-            air_density=self._constants["air_density"],
-            air_viscosity=self._constants["air_viscosity"],
-            one=self._constants["one"],
         )
 
 
@@ -176,13 +175,6 @@ class _Profile:
         for start, width, slope in self._pieces:
             value = value + slope * namespace(depth).clip(depth - start, 0.0, width)
         return value
-
-
-def _felt(sea: Sea) -> Array:
-    """Acceleration of the water along the path of a point, world axes [m/s^2], shape (N, 3)."""
-    if sea.gradient is None:
-        return sea.acceleration
-    return sea.acceleration + carried(sea.gradient, sea.velocity)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -66,22 +66,6 @@ SIZES = {SolidType.box: 3, SolidType.cylinder: 2, SolidType.sphere: 1}
 """Numbers in the size of each primitive."""
 
 
-def _check_obstacles(obstacles: dict[str, ObstacleSettings]) -> None:
-    """Refuse obstacles whose size does not fit their type.
-
-    Raises:
-        ConfigError: a size has too many or too few numbers.
-    """
-    for name, obstacle in obstacles.items():
-        need = SIZES[obstacle.type]
-        if len(obstacle.size) != need:
-            raise ConfigError(
-                f"environment.obstacles.{name}: {obstacle.type.value} has the size "
-                f"{list(obstacle.size)}.\nAllowed: {need} numbers "
-                "(box edges x, y, z; cylinder radius, length; sphere radius)."
-            )
-
-
 def _check_shore(
     shore: ShoreSettings, *, bottom: float | None, water: float | None, land: float | None
 ) -> None:
@@ -163,7 +147,15 @@ def check_ground(environment: EnvironmentSettings) -> None:
     """
     e = environment
     _check_shore(e.shore, bottom=e.tank_bottom, water=e.water_level, land=e.ground_level)
-    _check_obstacles(e.obstacles)
+    # refuse obstacles whose size does not fit their type
+    for name, obstacle in e.obstacles.items():
+        need = SIZES[obstacle.type]
+        if len(obstacle.size) != need:
+            raise ConfigError(
+                f"environment.obstacles.{name}: {obstacle.type.value} has the size "
+                f"{list(obstacle.size)}.\nAllowed: {need} numbers "
+                "(box edges x, y, z; cylinder radius, length; sphere radius)."
+            )
 
 
 def check_profiles(environment: EnvironmentSettings) -> None:
@@ -182,14 +174,12 @@ def check_profiles(environment: EnvironmentSettings) -> None:
             rows = read(list[tuple[float, float]], given, where=where)
         except ConfigError:
             rows = []
-        if not rows or not _rising([depth for depth, _ in rows]):
+        if not rows or not all(
+            above < below for above, below in itertools.pairwise([depth for depth, _ in rows])
+        ):
             raise ConfigError(
                 f"{where}={given} is not a profile.\n"
                 f"Allowed: rows [depth m, value {unit}] with rising depth, for instance [[0, 10]]."
             )
         if not all(low <= value <= high for _, value in rows):
             raise ConfigError(f"{where}={given} is out of range.\nAllowed: {low} to {high} {unit}.")
-
-
-def _rising(depths: list[float]) -> bool:
-    return all(above < below for above, below in itertools.pairwise(depths))

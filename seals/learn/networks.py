@@ -83,12 +83,13 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
         ) from cause
 
 
-def _refuse_widths(hidden: Sequence[int]) -> None:
-    """Refuse layers of no width, or more of them than a network is built for.
+def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = False) -> nn.Module:
+    """Return a TorchRL network of dense layers with ReLU.
 
     Raises:
-        ConfigError: says which are allowed.
+        ConfigError: a hidden layer is out of range.
     """
+    # refuse layers of no width, or more of them than a network is built for
     sound = all(isinstance(width, int) and 1 <= width <= _WIDEST for width in hidden)
     if len(hidden) > _MOST_LAYERS or not sound:
         given = f"{list(hidden)!r:.60}" + (f", {len(hidden)} layers" if len(hidden) > 9 else "")
@@ -96,15 +97,6 @@ def _refuse_widths(hidden: Sequence[int]) -> None:
             f"hidden={given} is not allowed.\n"
             f"Allowed: up to {_MOST_LAYERS} layers, each from 1 to {_WIDEST} wide"
         )
-
-
-def mlp(inputs: int, outputs: int, hidden: Sequence[int], *, layer_norm: bool = False) -> nn.Module:
-    """Return a TorchRL network of dense layers with ReLU.
-
-    Raises:
-        ConfigError: a hidden layer is out of range.
-    """
-    _refuse_widths(hidden)
     import torch
     from torchrl.modules import MLP
 

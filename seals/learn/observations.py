@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, cast
+
+from seals.arrays import Array, namespace
+from seals.pytree import mapped
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
-def each(function: Callable[..., Any], first: Any, *others: Any) -> Any:
-    """Apply a function to each leaf of observations of equal structure.
+def picked(fresh: Any, other: Any, ended: Array) -> Any:
+    """Select rows of one nest of tuples and mappings by the mask ``ended`` (N,), else of another.
 
     Example:
-        >>> each(lambda a, b: a + b, {"state": 1, "pixels": 2}, {"state": 10, "pixels": 20})
-        {'state': 11, 'pixels': 22}
-        >>> each(abs, -3)
-        3
+        >>> import numpy as np
+        >>> picked(
+        ...     (np.ones(2), {"a": np.ones(2)}),
+        ...     (np.zeros(2), {"a": np.zeros(2)}),
+        ...     np.array([True, False]),
+        ... )
+        (array([1., 0.]), {'a': array([1., 0.])})
     """
-    if isinstance(first, Mapping):
-        return {
-            key: function(leaf, *(other[key] for other in others)) for key, leaf in first.items()
-        }
-    return function(first, *others)
+    xp = namespace(ended)
 
+    def leaf(old: Array, new: Array) -> Array:
+        return xp.where(xp.reshape(ended, (-1, *[1] * (old.ndim - 1))), new, old)
 
-def where(condition: Tensor, chosen: Any, other: Any) -> Any:
-    """Return rows of one observation or of another, by a condition (N,)."""
-    import torch
-
-    def leaf(a: Tensor, b: Tensor) -> Tensor:
-        return torch.where(condition.reshape(-1, *[1] * (a.ndim - 1)), a, b)
-
-    return each(leaf, chosen, other)
+    return mapped(other, leaf, fresh)
 
 
 def vector(observation: Any) -> Tensor:
@@ -49,4 +46,4 @@ def tensors(columns: Mapping[str, Any], device: str) -> dict[str, Any]:
         found = torch.as_tensor(value, device=device)
         return found.float() if found.dtype == torch.float64 else found
 
-    return {key: each(leaf, value) for key, value in columns.items()}
+    return {key: mapped(value, leaf) for key, value in columns.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -79,25 +80,27 @@ def collision_pieces(
     Raises:
         RobotError: a collision mesh cannot be read.
     """
-    from yourdfpy import URDF
-
     wanted = set(robot.links if links is None else links)
     touching = [
         has and name in wanted for name, has in zip(robot.links, robot.has_collision, strict=True)
     ]
     if not any(touching):
         return ((),) * len(robot.links)
-    loaded = URDF.load(
-        robot.urdf,
-        build_scene_graph=False,
-        load_meshes=False,
-        build_collision_scene_graph=False,
-    )
-    found = {link.name: link.collisions for link in loaded.robot.links}
-    return tuple(
-        tuple(_of_geometry(robot, one) for one in found[name]) if touches else ()
+    found = {link.name: link.collisions for link in drawn_urdf(robot).links}
+    pieces = [
+        [piece_of_geometry(robot, one) for one in found[name]] if touches else []
         for name, touches in zip(robot.links, touching, strict=True)
-    )
+    ]
+    return tuple(tuple(p for p in row if p is not None) for row in pieces)
+
+
+def drawn_urdf(robot: RobotModel) -> Any:
+    """Return the URDF of a robot with its visuals and collisions, meshes not read."""
+    from yourdfpy import URDF
+
+    return URDF.load(
+        robot.urdf, build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
+    ).robot
 
 
 def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
@@ -130,9 +133,14 @@ def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
     return (Piece(kind, size, np.array(known.position), turn, volume=volume),)
 
 
-def _of_geometry(robot: RobotModel, collision: Any) -> Piece:
-    pose = np.eye(4) if collision.origin is None else np.asarray(collision.origin, dtype=float)
-    place, turn, shape = pose[:3, 3], pose[:3, :3], collision.geometry
+def piece_of_geometry(robot: RobotModel, part: Any) -> Piece | None:
+    """Return a visual or collision of the URDF in the axes of its link; None for no known shape.
+
+    Raises:
+        RobotError: its mesh cannot be read.
+    """
+    pose = np.eye(4) if part.origin is None else np.asarray(part.origin, dtype=float)
+    place, turn, shape = pose[:3, 3], pose[:3, :3], part.geometry
     if shape.box is not None:
         return Piece("box", tuple(float(x) for x in shape.box.size), place, turn)
     if shape.sphere is not None:
@@ -140,20 +148,25 @@ def _of_geometry(robot: RobotModel, collision: Any) -> Piece:
     if shape.cylinder is not None:
         size = (float(shape.cylinder.radius), float(shape.cylinder.length))
         return Piece("cylinder", size, place, turn)
-    return _of_file(robot, shape.mesh, place, turn)
-
-
-def _of_file(robot: RobotModel, mesh: Any, place: Floats, turn: Floats) -> Piece:
-    """A mesh from its file, with the scale of the URDF."""
-    name = str(mesh.filename).removeprefix("file://").removeprefix("package://")
-    path = Path(robot.urdf).parent / name
+    if shape.mesh is None:
+        return None
+    # a mesh from its file, with the scale of the URDF
+    name = str(shape.mesh.filename).removeprefix("file://").removeprefix("package://")
+    path, given = Path(robot.urdf).parent / name, shape.mesh.scale
+    scale = np.ones(3) if given is None else np.ones(3) * np.asarray(given, dtype=float)
     try:
-        loaded = load_triangles(path, where="mesh", process=True)
-    except (OSError, ValueError, AttributeError) as cause:
+        points, faces = _loaded(str(path), path.stat().st_mtime_ns)
+    except (OSError, ValueError, AttributeError, IndexError) as cause:
         raise RobotError(
-            f"the collision mesh {path} of '{robot.name}' cannot be read: {cause}.\n"
+            f"the mesh {path} of '{robot.name}' cannot be read: {cause}.\n"
             "Run: seals check robot=..."
         ) from cause
-    scale = 1.0 if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
-    points = np.asarray(loaded.vertices, dtype=float) * scale
-    return Piece("mesh", (), place, turn, points, np.asarray(loaded.faces))
+    # a mirrored mesh turns its faces inside out
+    faces = faces[:, ::-1] if np.prod(scale) < 0.0 else faces
+    return Piece("mesh", (), place, turn, points * scale, faces)
+
+
+@lru_cache(maxsize=256)
+def _loaded(path: str, _changed: int) -> tuple[Floats, Any]:
+    loaded = load_triangles(Path(path), where="mesh", process=True)
+    return np.asarray(loaded.vertices, dtype=float), np.asarray(loaded.faces, dtype=np.int64)

@@ -51,7 +51,9 @@ def _refuse_bad_meshes(path: Path, robot: Any) -> None:
             name = str(mesh.filename)
             where = f"URDF {path}: link '{link.name}': mesh '{name}'"
             target = (folder / _relative(name)).resolve()
-            if not target.is_relative_to(_root(folder)):
+            # the folder that holds a robot's meshes: robots that come with SEALS share theirs
+            shipped = Path(str(resources.files("seals.robots"))).resolve()
+            if not target.is_relative_to(shipped if folder.is_relative_to(shipped) else folder):
                 raise RobotError(
                     f"{where} lies outside the robot's folder.\nKeep meshes in {folder} or below."
                 )
@@ -67,29 +69,6 @@ def _refuse_bad_meshes(path: Path, robot: Any) -> None:
                 raise RobotError(f"{where} does not exist.\n{advice}")
             _refuse_huge_mesh(where, target)
             refuse_strange_format(target, where)
-
-
-def _refuse_names_elsewhere(path: Path, raw: bytes) -> None:
-    """Refuse a URDF that refers to images or shapes outside its folder.
-
-    Args:
-        path: of the URDF.
-        raw: its content, sound XML.
-
-    Raises:
-        RobotError: a name leads elsewhere, or to a pipe or a device.
-    """
-    for part in ElementTree.fromstring(raw):
-        for element in part.iter() if part.tag in _READ_BY_ENGINES else ():
-            for key in _FILE_NAMES & set(element.attrib) if element.tag != "mesh" else ():
-                where = f"URDF {path}: <{element.tag}>"
-                refuse_elsewhere(element.attrib[key], path, where)
-
-
-def _root(folder: Path) -> Path:
-    """Return the folder that holds a robot's meshes: robots that come with SEALS share theirs."""
-    shipped = Path(str(resources.files("seals.robots"))).resolve()
-    return shipped if folder.is_relative_to(shipped) else folder
 
 
 def _refuse_huge_mesh(where: str, target: Path) -> None:
@@ -223,7 +202,12 @@ def _text_of(path: Path) -> bytes:
             "Remove it: such files can expand without end."
         )
     check_structure(path, text.removeprefix("\ufeff"))
-    _refuse_names_elsewhere(path, raw)
+    # refuse a URDF that refers to images or shapes outside its folder
+    for part in ElementTree.fromstring(raw):
+        for element in part.iter() if part.tag in _READ_BY_ENGINES else ():
+            for key in _FILE_NAMES & set(element.attrib) if element.tag != "mesh" else ():
+                where = f"URDF {path}: <{element.tag}>"
+                refuse_elsewhere(element.attrib[key], path, where)
     return raw
 
 
@@ -273,25 +257,21 @@ def _link(path: Path, link: Any) -> UrdfLink:
         )
     out.centre = pose[:3, 3]
     out.inertia = pose[:3, :3] @ inertia @ pose[:3, :3].T
-    _check_inertia(where, out)
-    return out
-
-
-def _check_inertia(where: str, link: UrdfLink) -> None:
-    """Refuse inertias that no body has; the structure check has seen to finite numbers."""
-    moments = np.linalg.eigvalsh(link.inertia)
+    # refuse inertias that no body has; the structure check has seen to finite numbers
+    moments = np.linalg.eigvalsh(out.inertia)
     if moments[0] < -1e-12 * max(1.0, moments[-1]):
         raise RobotError(
             f"{where}: the principal moment {moments[0]:.3g} kg m^2 is negative.\n"
             "Allowed: zero or more."
         )
-    if link.mass > 0.0 and moments[-1] > (moments[0] + moments[1]) * (1.0 + 1e-3) + 1e-15:
+    if out.mass > 0.0 and moments[-1] > (moments[0] + moments[1]) * (1.0 + 1e-3) + 1e-15:
         raise RobotError(
             f"{where}: the principal moments {moments[0]:.3g}, {moments[1]:.3g}, {moments[2]:.3g} "
             "kg m^2 break the triangle inequality.\n"
             "No body has such an inertia: the largest is at most the sum of the other two. Correct "
             "ixx, iyy or izz in the file."
         )
+    return out
 
 
 def _joint(path: Path, joint: Any) -> UrdfJoint:

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats
 from seals.rendering.picture import png
-from seals.sensors.rays import Shape, distances
+from seals.sensors.rays import Shape, distances, half_sizes, nearest_face, outward
 from seals.state_records import state_record
 
 MOST_RAYS = 1 << 22
@@ -87,7 +87,7 @@ _trees: OrderedDict[int, tuple[Floats, Any, Floats]] = OrderedDict()
 
 
 class Hits(NamedTuple):
-    """First hits of n rays.
+    """First hits of n rays, in arrays of NumPy or PyTorch.
 
     Args:
         distance: along each ray [m], infinite for a miss, shape (n,).
@@ -95,9 +95,9 @@ class Hits(NamedTuple):
         shape: number of the shape hit, -1 for none, shape (n,).
     """
 
-    distance: Floats
-    normal: Floats
-    shape: NDArray[np.int64]
+    distance: Array
+    normal: Array
+    shape: Array
 
 
 def cast(shapes: Sequence[Shape], origin: Floats, directions: Floats, farthest: float) -> Hits:
@@ -163,33 +163,9 @@ def _met(shape: Shape, origin: Floats, directions: Floats) -> tuple[Floats, Floa
     hit = np.isfinite(way)
     normal = np.zeros((len(way), 3))
     points = origin + way[hit, None] * directions[hit]
-    normal[hit] = _normals(shape, (points - shape.position) @ shape.turn) @ shape.turn.T
+    own = (points - shape.position) @ shape.turn
+    normal[hit] = outward(shape.kind, half_sizes(shape)[None], own) @ shape.turn.T
     return way, normal
-
-
-def _normals(shape: Shape, points: Floats) -> Floats:
-    """Return outward normals at points of the surface, own axes of the shape."""
-    out = np.zeros_like(points)
-    if shape.kind == "plane":
-        out[:, 2] = 1.0
-        return out
-    if shape.kind == "box":
-        scaled = points / (0.5 * np.asarray(shape.size))
-        side = np.argmax(np.abs(scaled), axis=1)
-        rows = np.arange(len(points))
-        out[rows, side] = np.sign(scaled[rows, side])
-        return out
-    out = points.copy()
-    if shape.kind != "sphere":
-        half = 0.5 * shape.size[1]
-        out[:, 2] -= np.clip(out[:, 2], -half, half)
-    if shape.kind == "cylinder":
-        aside = np.hypot(points[:, 0], points[:, 1])
-        cap = shape.size[0] - aside > np.abs(0.5 * shape.size[1] - np.abs(points[:, 2]))
-        out[:, 2] = 0.0
-        out[cap] = np.array([0.0, 0.0, 1.0]) * np.sign(points[cap, 2:])
-    unit: Floats = out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-30)
-    return unit
 
 
 def _tree(corners: Floats) -> tuple[float, Any, Floats]:
@@ -222,19 +198,12 @@ def _mesh(corners: Floats, start: Floats, ways: Floats) -> tuple[Floats, Floats]
     """Return distances and normals of a mesh, own axes."""
     _, scene, normals = _tree(corners)
     if scene is None:
-        planes = np.sum(normals * (corners[:, 0] - start), axis=1)
-        way = distances(Shape("mesh", (), np.zeros(3), np.eye(3), corners), start, ways)
-        hit = np.where(np.isfinite(way), way, 0.0)
-        # the face whose plane and middle are nearest to the point
-        points = start + hit[:, None] * ways
-        off = np.abs((ways @ normals.T) * hit[:, None] - planes)
-        off += 1e-6 * np.linalg.norm(points[:, None] - corners.mean(axis=1), axis=2)
-        face = np.argmin(off, axis=1)
-    else:
-        starts = np.broadcast_to(start, ways.shape).astype(np.float32)
-        got = scene.run(np.ascontiguousarray(starts), ways.astype(np.float32), output=True)
-        face = got["primID"]
-        way = np.where(face >= 0, got["tfar"].astype(float), math.inf)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return nearest_face(corners, start, ways)
+    starts = np.broadcast_to(start, ways.shape).astype(np.float32)
+    got = scene.run(np.ascontiguousarray(starts), ways.astype(np.float32), output=True)
+    face = got["primID"]
+    way = np.where(face >= 0, got["tfar"].astype(float), math.inf)
     normal = np.where(np.isfinite(way)[:, None], normals[np.maximum(face, 0)], 0.0)
     # towards the ray, whichever way the file turns its faces
     return way, -np.sign(np.sum(normal * ways, axis=1))[:, None] * normal

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 from seals.sensors.casting import Hits
 
 
@@ -64,7 +64,7 @@ class Echoes(NamedTuple):
 
 
 def scattered(
-    hits: Hits, directions: Floats, across: Floats, strength: Floats, *, loss: float, step: float
+    hits: Hits, directions: Array, across: Array, strength: Array, *, loss: float, step: float
 ) -> Echoes:
     """Return the echoes of ray hits by Lambert's law, without the beam patterns.
 
@@ -85,10 +85,11 @@ def scattered(
     References:
         Urick 1983, Principles of Underwater Sound, ch. 2 and 8 (sonar equation, Lambert's law).
     """
-    met = np.isfinite(hits.distance)
-    way = np.where(met, hits.distance, 1.0)
-    facing = np.abs(np.sum(hits.normal * directions, axis=1))
-    sloping = np.abs(np.sum(hits.normal * across, axis=1))
-    extent = step * way * sloping / np.maximum(facing, 1e-3)
+    xp = namespace(directions)
+    met = xp.isfinite(hits.distance)
+    way = xp.where(met, hits.distance, 1.0)
+    facing = xp.abs(xp.vecdot(hits.normal, directions))
+    sloping = xp.abs(xp.vecdot(hits.normal, across))
+    extent = step * way * sloping / xp.maximum(facing, 1e-3)
     power = strength * facing * 10.0 ** (-0.2 * loss * way) / (way * way)
-    return Echoes(np.where(met, way, np.inf), extent, np.where(met, power, 0.0))
+    return Echoes(hits.distance, extent, xp.where(met, power, 0.0))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sensors.mount import Mount, MountedSensor
+from seals.sensors.mount import Mount, PlacedSensor
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
 from seals.state_records import state_record
@@ -35,7 +35,7 @@ class InstrumentState(NamedTuple):
 
 
 @dataclass(kw_only=True)
-class Instrument(MountedSensor, ABC):
+class Instrument(PlacedSensor, ABC):
     """Base of mounted sensors: true values, error models, conversion to readings.
 
     A subclass declares ``rate``, ``channels`` and ``look``; `noise_laws` gives the errors of what
@@ -46,9 +46,6 @@ class Instrument(MountedSensor, ABC):
         position: mounting point in link axes [m].
         rpy: turn of the sensor's axes against those of the link [rad].
     """
-
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
 
     idles: ClassVar[bool] = True
 

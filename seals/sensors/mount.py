@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -40,10 +40,10 @@ class Mount:
     """
 
     def __init__(self, name: str, position: Sequence[float], rpy: Sequence[float]) -> None:
-        for field, values in (("position", position), ("rpy", rpy)):
+        for key, values in (("position", position), ("rpy", rpy)):
             if len(values) != 3 or not np.all(np.isfinite(values)):
                 raise ConfigError(
-                    f"{name}.{field}={values} is not allowed.\nAllowed: three finite numbers."
+                    f"{name}.{key}={values} is not allowed.\nAllowed: three finite numbers."
                 )
         self.arm = np.asarray(position, dtype=float)
         self.turn = matrix_of(quaternion_of_rpy(np.asarray([rpy], dtype=float)))[0]
@@ -97,3 +97,27 @@ class MountedSensor(SensorOptions):
 
     inertial: ClassVar[bool] = False
     """Whether it reads ``specific_force`` or ``angular_acceleration``; else these are zero."""
+
+
+@dataclass(kw_only=True)
+class PlacedSensor(MountedSensor):
+    """Base of sensors with a place and axes of their own on their link.
+
+    Args:
+        position: mounting point in link axes [m].
+        rpy: turn of the sensor's axes against those of the link [rad].
+    """
+
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    rpy: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+@dataclass(kw_only=True)
+class PicturingSensor(PlacedSensor):
+    """Base of sensors whose readings are numbers of images."""
+
+    idles: ClassVar[bool] = True
+
+    def start(self, rng: np.random.Generator) -> Any:
+        """Return the initial state: the number of the next image."""
+        return 0

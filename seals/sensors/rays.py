@@ -1,15 +1,16 @@
-"""Ray intersection with solids, in closed form."""
+"""Ray intersection with solids, in closed form, on any array library."""
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.environment.ground import Solid
-from seals.frames import matrix_of
+from seals.frames import cross, matrix_of
 from seals.hydrostatics import (
     Hull,
     HullBox,
@@ -21,7 +22,9 @@ from seals.hydrostatics import (
 )
 from seals.hydrostatics.placed import HullPlaced
 
-_TINY = 1e-12
+_TINY, _FLAT = 1e-12, 1e-300
+_FACES = 256
+"""Triangles that are met at a time."""
 
 
 class Shape(NamedTuple):
@@ -89,78 +92,153 @@ def distances(shape: Shape, origin: Floats, directions: Floats) -> Floats:
         array([ 2., inf])
     """
     start, ways = (origin - shape.position) @ shape.turn, directions @ shape.turn
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        found: Floats
         if shape.kind == "mesh":
-            return _mesh(shape.corners, start, ways)
-        enter, leave = _span(shape, start, ways)
-    return np.where((enter <= leave) & (leave >= 0.0), np.maximum(enter, 0.0), math.inf)
+            found = nearest_face(shape.corners, start, ways)[0]
+        else:
+            found = entered(shape.kind, start[None], ways[None], half_sizes(shape)[None])[0]
+    return found
 
 
-def _span(shape: Shape, start: Floats, ways: Floats) -> tuple[Floats, Floats]:
-    """Return entry and exit distances of a convex shape; entry exceeds exit for a miss."""
-    if shape.kind == "plane":
-        return _slab(start[2], ways[:, 2], -math.inf, 0.0)
+def half_sizes(shape: Shape) -> Floats:
+    """Return half the edges of a box; radius, radius and half length of a round shape [m], (3,)."""
     if shape.kind == "box":
-        spans = [_slab(start[k], ways[:, k], -0.5 * e, 0.5 * e) for k, e in enumerate(shape.size)]
-        return _common(spans)
-    if shape.kind == "sphere":
-        return _quadric(start, ways, shape.size[0])
-    radius, half = shape.size[0], 0.5 * shape.size[1]
-    barrel = _quadric(start[:2], ways[:, :2], radius)
-    barrel = _common([barrel, _slab(start[2], ways[:, 2], -half, half)])
-    if shape.kind == "cylinder":
-        return barrel
+        return 0.5 * np.array(shape.size, dtype=float)
+    radius, length = (*shape.size, 0.0, 0.0)[:2]
+    return np.array([radius, radius, 0.5 * length])
+
+
+def entered(kind: str, start: Array, ways: Array, half: Array) -> Array:
+    """Return the distances at which rays enter convex shapes of one kind [m], shape (k, n).
+
+    Infinite for a miss, zero for a ray that starts inside.
+
+    Args:
+        kind: of the shapes.
+        start: of the rays in the axes of each shape [m], shape (k, 3).
+        ways: their unit vectors in those axes, shape (k, n, 3).
+        half: see `half_sizes`, shape (k, 3).
+    """
+    xp = namespace(ways)
+    enter, leave = _span(kind, start, ways, half)
+    met = (enter <= leave) & (leave >= 0.0)
+    return xp.where(met, xp.maximum(enter, 0.0), math.inf)
+
+
+def _span(kind: str, start: Array, ways: Array, half: Array) -> tuple[Array, Array]:
+    """Return entry and exit distances; entry exceeds exit, or exit is behind, for a miss."""
+    xp, end = namespace(ways), start[:, None, 2]
+    if kind == "plane":
+        crossing, falls = -end / _steep(ways[..., 2]), ways[..., 2] < 0.0
+        return xp.where(falls, crossing, -math.inf), xp.where(falls, math.inf, crossing)
+    if kind == "box":
+        spans = [_slab(start[:, None, k], ways[..., k], half[:, None, k]) for k in range(3)]
+        return functools.reduce(_common, spans)
+    radius, reach = half[:, None, 0], half[:, None, 2]
+    if kind == "sphere":
+        return _quadric(start, ways, radius)
+    slab = _slab(end, ways[..., 2], reach)
+    enter, leave = _common(_quadric(start[:, :2], ways[..., :2], radius), slab)
+    if kind == "cylinder":
+        return enter, leave
     # a capsule is the union of barrel and two balls, and convex: the spans touch or are empty
-    ends = [_quadric(start - np.array([0.0, 0.0, z]), ways, radius) for z in (-half, half)]
-    spans = [barrel, *ends]
-    enter = np.min([np.where(a <= b, a, math.inf) for a, b in spans], axis=0)
-    leave = np.max([np.where(a <= b, b, -math.inf) for a, b in spans], axis=0)
-    return enter, leave
+    up = as_like(np.array([0.0, 0.0, 1.0]), half)
+    ends = [_quadric(start + sign * half * up, ways, radius) for sign in (1.0, -1.0)]
+    parts = [(a <= b, a, b) for a, b in ((enter, leave), *ends)]
+    return (
+        functools.reduce(xp.minimum, [xp.where(met, a, math.inf) for met, a, _ in parts]),
+        functools.reduce(xp.maximum, [xp.where(met, b, -math.inf) for met, _, b in parts]),
+    )
 
 
-def _slab(start: float, way: Floats, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the interval in which rays are between two levels of one coordinate."""
-    flat = np.abs(way) < _TINY
-    inside = low <= start <= high
-    a, b = (low - start) / way, (high - start) / way
-    near = np.where(flat, -math.inf if inside else math.inf, np.minimum(a, b))
-    far = np.where(flat, math.inf if inside else -math.inf, np.maximum(a, b))
-    return near, far
+def _common(one: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return where two intervals overlap."""
+    xp = namespace(one[0])
+    return xp.maximum(one[0], other[0]), xp.minimum(one[1], other[1])
 
 
-def _quadric(start: Floats, ways: Floats, radius: float) -> tuple[Floats, Floats]:
+def _steep(way: Array) -> Array:
+    """Return rates of a coordinate, next to nothing for none."""
+    xp = namespace(way)
+    return xp.where(xp.abs(way) < _TINY, _FLAT, way)
+
+
+def _slab(start: Array, way: Array, half: Array) -> tuple[Array, Array]:
+    """Return the interval in which rays are between two levels of a coordinate."""
+    xp, rate = namespace(way), _steep(way)
+    a, b = (-half - start) / rate, (half - start) / rate
+    return xp.minimum(a, b), xp.maximum(a, b)
+
+
+def _quadric(start: Array, ways: Array, radius: Array) -> tuple[Array, Array]:
     """Return the interval in which rays are within a radius of the origin."""
-    square = np.sum(ways * ways, axis=1)
-    half = ways @ start
-    rest = float(start @ start) - radius * radius
+    xp = namespace(ways)
+    square = xp.vecdot(ways, ways)
+    half = xp.matmul(ways, start[:, :, None])[..., 0]
+    rest = xp.sum(start * start, axis=1)[:, None] - radius * radius
     root = half * half - square * rest
-    flat = square < _TINY
-    reach = np.sqrt(np.maximum(root, 0.0))
-    near, far = (-half - reach) / square, (-half + reach) / square
-    near = np.where(root < 0.0, math.inf, near)
-    far = np.where(root < 0.0, -math.inf, far)
-    inside = rest <= 0.0
-    near = np.where(flat, -math.inf if inside else math.inf, near)
-    return near, np.where(flat, math.inf if inside else -math.inf, far)
+    flat, passed = square < _TINY, root < 0.0
+    reach, away = xp.sqrt(xp.abs(root)), xp.where(rest > 0.0, math.inf, -math.inf)
+    enter = xp.where(passed, math.inf, (-half - reach) / square)
+    leave = xp.where(passed, -math.inf, (-half + reach) / square)
+    return xp.where(flat, away, enter), xp.where(flat, -away, leave)
 
 
-def _common(spans: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    return np.max([a for a, _ in spans], axis=0), np.min([b for _, b in spans], axis=0)
+def outward(kind: str, half: Array, points: Array) -> Array:
+    """Return outward normals at points of the surface of a shape, own axes, shape (n, 3).
+
+    Args:
+        kind: of the shape, none of a mesh.
+        half: see `half_sizes`, one shape or one for each point, shape (1 or n, 3).
+        points: on the surface, own axes [m], shape (n, 3).
+    """
+    xp, up = namespace(points), as_like(np.array([[0.0, 0.0, 1.0]]), points)
+    if kind == "plane":
+        return up + 0.0 * points
+    if kind == "box":
+        most = xp.argmax(xp.abs(points / xp.maximum(half, 1e-30)), axis=1, keepdims=True)
+        return xp.where(most == xp.arange(3, device=points.device), xp.sign(points), 0.0 * points)
+    radius, reach, height = half[:, 0:1], half[:, 2:3], points[:, 2:3]
+    out = points - up * xp.minimum(xp.maximum(height, -reach), reach)
+    if kind == "cylinder":
+        aside = xp.sqrt(xp.sum(points[:, :2] ** 2, axis=1, keepdims=True))
+        cap = radius - aside > xp.abs(reach - xp.abs(height))
+        out = xp.where(cap, up * xp.sign(height), points * (1.0 - up))
+    return out / xp.maximum(xp.sqrt(xp.sum(out * out, axis=1, keepdims=True)), 1e-30)
 
 
-def _mesh(corners: Floats, start: Floats, ways: Floats) -> Floats:
-    """Nearest triangle ahead, after Moeller and Trumbore 1997, J. Graphics Tools 2(1)."""
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    across = np.cross(ways[:, None], second[None])
-    scale = np.sum(first * across, axis=2)
-    offset = start - corners[:, 0]
-    u = np.sum(offset * across, axis=2) / scale
-    turned = np.cross(offset, first)
-    v = (ways @ turned.T) / scale
-    way = np.sum(second * turned, axis=1) / scale
-    met = (np.abs(scale) > _TINY) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (way >= 0.0)
-    nearest: Floats = np.where(met, way, math.inf).min(axis=1, initial=math.inf)
-    return nearest
+def nearest_face(corners: Array, start: Array, ways: Array) -> tuple[Array, Array]:
+    """Return distance of the nearest triangle ahead, and its normal towards the ray, own axes.
+
+    After Moeller and Trumbore 1997, J. Graphics Tools 2(1).
+
+    Args:
+        corners: of the triangles [m], shape (f, 3, 3).
+        start: of all rays [m], shape (3,).
+        ways: unit vectors, shape (n, 3).
+
+    Returns:
+        Distance [m], infinite for a miss, (n,); normal, zero for a miss, (n, 3).
+    """
+    xp = namespace(ways)
+    best, normal = xp.full_like(ways[:, 0], math.inf), 0.0 * ways
+    for k in range(0, corners.shape[0], _FACES):
+        part = corners[k : k + _FACES]
+        first, second = part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]
+        face, offset = cross(first, second), start - part[:, 0]
+        turned = cross(offset, first)
+        scale = -(ways @ face.T)
+        u, v = ways @ cross(second, offset).T / scale, ways @ turned.T / scale
+        way = xp.sum(second * turned, axis=1) / scale
+        met = (xp.abs(scale) > _TINY) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (way >= 0.0)
+        way = xp.where(met, way, math.inf)
+        ahead = xp.min(way, axis=1)
+        size = xp.sqrt(xp.sum(face * face, axis=1, keepdims=True))
+        unit = xp.take(face / xp.maximum(size, 1e-30), xp.argmin(way, axis=1), axis=0)
+        normal = xp.where((ahead < best)[:, None], unit, normal)
+        best = xp.minimum(best, ahead)
+    return best, -xp.sign(xp.sum(normal * ways, axis=1))[:, None] * normal
 
 
 def _placed(kind: str, size: tuple[float, ...], hull: HullPlaced) -> Shape:

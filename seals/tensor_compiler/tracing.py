@@ -73,20 +73,25 @@ def _reduced(join: Join) -> Callable[..., Grid | None]:
         table = table.reshape(*table.shape[: len(kept)], -1)
 
         def one(index: tuple[int, ...]) -> Any:
-            return join(c, [_as(c, entry, x.kind, kind) for entry in table[index]], kind)
+            # convert an entry to another type
+            return join(
+                c,
+                [
+                    (
+                        entry
+                        if x.kind == kind
+                        else c.call(c.aten._to_copy.default, c.column(entry, x.kind), dtype=kind)
+                    )
+                    for entry in table[index]
+                ],
+                kind,
+            )
 
         axis = None if x.axis is None else kept.index(x.axis)
         found = Grid(filled_with(table.shape[:-1], one), axis, kind)
         return functools.reduce(lambda y, k: unsqueeze(c, node, y, k), gone if keep else [], found)
 
     return form
-
-
-def _as(c: Columns, entry: Any, kind: Any, wanted: Any) -> Any:
-    """Convert an entry to another type."""
-    if kind == wanted:
-        return entry
-    return c.call(c.aten._to_copy.default, c.column(entry, kind), dtype=wanted)
 
 
 def matmul(c: Columns, node: Node, a: Grid, b: Grid) -> Grid | None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from seals.learn.batched import StepResult
-from seals.learn.observations import each
+from seals.pytree import mapped
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -148,7 +148,9 @@ def demonstrations(episodes: int, *, size: int = 0) -> Mapping[str, Any]:
             "episode": torch.arange(episodes),
         }
         for key, value in row.items():
-            found.setdefault(key, []).append(each(lambda leaf, on=running: leaf[on], value))
+            found.setdefault(key, []).append(mapped(value, lambda leaf, on=running: leaf[on]))
         observation = result.observation
         running = running & ~(result.terminated | result.truncated)
-    return {key: each(lambda *leaves: torch.cat(leaves), *p) for key, p in found.items()}
+    return {
+        key: mapped(p[0], lambda *leaves: torch.cat(leaves), *p[1:]) for key, p in found.items()
+    }

@@ -251,7 +251,15 @@ class Drivetrain:
         if command is not None:
             asked = command.tolist()
             if asked != self._asked:
-                held = np.maximum(self._checked(command, asked), self._least)
+                # a command, or refuse it; ``asked``: the same as lists
+                count = len(self.response.lag)
+                if np.shape(command) != (1, count) or not math.isfinite(sum(asked[0])):
+                    raise ConfigError(
+                        f"a command of shape {np.shape(command)}, or not finite, for {count} "
+                        f"drives.\nAllowed: finite numbers of shape (1, {count}), one per drive "
+                        "of all actuators."
+                    )
+                held = np.maximum(command, self._least)
                 self._commands.give(time, np.minimum(held, self._most))
                 self._asked = asked
         self._share = share
@@ -304,16 +312,6 @@ class Drivetrain:
         state = 0.0 * held if drive is None else drive
         after: Floats = r.followed(state, goal, max(span, 0.0))
         return after
-
-    def _checked(self, command: Floats, asked: Any) -> Floats:
-        """Return a command, or refuse it; ``asked``: the same as lists."""
-        count = len(self.response.lag)
-        if np.shape(command) != (1, count) or not math.isfinite(sum(asked[0])):
-            raise ConfigError(
-                f"a command of shape {np.shape(command)}, or not finite, for {count} drives.\n"
-                f"Allowed: finite numbers of shape (1, {count}), one per drive of all actuators."
-            )
-        return command
 
     def snapshot(self) -> Any:
         """Return all pending commands."""

@@ -202,7 +202,14 @@ class Pilot:
         if aim is None or kept.calls % self._guide_every == 0:
             aim, guide = self.guide.aim(situation, guide)
         order, controller = self.controller.command(situation, aim, controller)
-        self._refuse_wild(order)
+        drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
+        fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
+        numbers = order.drive.tolist() + order.joints.tolist()
+        if not fits or not math.isfinite(sum(numbers)):
+            raise PhysicsError(
+                f"the controller commands drives {order.drive} and joints {order.joints}.\n"
+                f"Allowed: {drives} and {joints} finite numbers."
+            )
         heard = kept.readings, kept.estimate
         self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
@@ -324,16 +331,6 @@ class Pilot:
     def compile(self, compiled: Compiler | None) -> None:
         """Pass the compiler of laws to the controller; None for none."""
         self._options.compile(compiled)
-
-    def _refuse_wild(self, order: ActuatorCommand) -> None:
-        drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
-        fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
-        numbers = order.drive.tolist() + order.joints.tolist()
-        if not fits or not math.isfinite(sum(numbers)):
-            raise PhysicsError(
-                f"the controller commands drives {order.drive} and joints {order.joints}.\n"
-                f"Allowed: {drives} and {joints} finite numbers."
-            )
 
     def snapshot(self) -> PilotState:
         """Return the complete state."""

@@ -197,30 +197,25 @@ class SensorSuite:
             if links is None:
                 self._memory[name] = sensor.passed(self._memory[name], own)
             else:
-                felt = self._felt_rows(name, times, step, links)
+                # motion of one link at many instants, a row each; nothing touches it
+                link = self._carriers[name]
+                twists = links("twists")[:, 0, link]
+                force, rate, turning = (links(x)[:, link] for x in ("force", "rate", "turning"))
+                felt = SensorInput(
+                    np.array(times),  # type: ignore[arg-type]
+                    step,
+                    links("origins")[:, 0, link],
+                    links("rotations")[:, 0, link],
+                    *(twists[:, :3], twists[:, 3:], force, rate),
+                    others=self.others,
+                    around=self.around,
+                    board=self.board,
+                    axis_misalignment=self._askew[name],
+                    turning=turning,
+                )
                 found[name], self._memory[name] = sensor.taken(felt, self._memory[name], own)
             first += draws
         return found
-
-    def _felt_rows(
-        self, name: str, times: Sequence[float], step: float, links: Callable[[str], Floats]
-    ) -> SensorInput:
-        """Motion of one link at many instants, a row each; nothing touches it."""
-        link = self._carriers[name]
-        twists = links("twists")[:, 0, link]
-        force, rate, turning = (links(x)[:, link] for x in ("force", "rate", "turning"))
-        return SensorInput(
-            np.array(times),  # type: ignore[arg-type]
-            step,
-            links("origins")[:, 0, link],
-            links("rotations")[:, 0, link],
-            *(twists[:, :3], twists[:, 3:], force, rate),
-            others=self.others,
-            around=self.around,
-            board=self.board,
-            axis_misalignment=self._askew[name],
-            turning=turning,
-        )
 
     def take(self, now: Instant, rng: np.random.Generator) -> None:
         """Take the readings that are due."""

@@ -105,7 +105,12 @@ class World:
         self.time, self._count = 0.0, 0
         self.rng = np.random.default_rng(self.seed)
         for name, actor in self.actors.items():
-            _check(name, configurations[name])
+            # refuse states that are not finite
+            for field, values in configurations[name]._asdict().items():
+                if not np.all(np.isfinite(values)):
+                    raise PhysicsError(
+                        f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers."
+                    )
             actor.reset(configurations[name], self.rng)
         if self.fluid is not None:
             self.fluid.initialise(
@@ -196,12 +201,3 @@ class World:
             self.watch.close()
         if self.fluid is not None:
             self.fluid.close()
-
-
-def _check(name: str, configuration: Configuration) -> None:
-    """Refuse states that are not finite."""
-    for field, values in configuration._asdict().items():
-        if not np.all(np.isfinite(values)):
-            raise PhysicsError(
-                f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers."
-            )

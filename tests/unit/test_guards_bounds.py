@@ -5,7 +5,6 @@ from __future__ import annotations
 import sqlite3
 import struct
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -90,11 +89,10 @@ def _record(kind: int, length: int, body: bytes = b"") -> bytes:
 def test_a_chunk_that_declares_too_much_is_not_unpacked() -> None:
     """The declared size is judged before the packed bytes are looked at."""
     pytest.importorskip("mcap", reason="mcap is not installed")
-    from seals.plugins.readers.mcap_file import _unpacked
+    from seals.plugins.readers.mcap_file import unpacked
 
-    chunk = SimpleNamespace(uncompressed_size=1 << 27, compression="", data=b"")
     with pytest.raises(ValueError, match="a chunk declares 134,217,728 bytes"):
-        _unpacked(chunk)
+        unpacked(b"", 1 << 27, "", {})
 
 
 def test_a_record_that_declares_too_much_is_not_read(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -111,7 +112,6 @@ def _shape(
     engine: Any, spec: Any, body: Any, piece: Piece, *, name: str, robot: RobotModel
 ) -> None:
     """Add a collision shape that touches only the shapes of its contact pairs."""
-    kinds = engine.mjtGeom
     geom = body.add_geom(
         name=name,
         pos=piece.position,
@@ -120,16 +120,18 @@ def _shape(
         conaffinity=0,
         mass=0.0,
     )
-    if piece.kind == "box":
-        geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * edge for edge in piece.size]
-    elif piece.kind == "sphere":
-        geom.type, geom.size = kinds.mjGEOM_SPHERE, [piece.size[0], 0.0, 0.0]
-    elif piece.kind == "mesh":
-        geom.type, geom.meshname = kinds.mjGEOM_MESH, name
+    geom.type, geom.size = form(engine, piece.kind, piece.size)
+    if piece.kind == "mesh":
+        geom.meshname = name
         _mesh(engine, spec, piece, name, robot)
-    else:
-        round_ = kinds.mjGEOM_CYLINDER if piece.kind == "cylinder" else kinds.mjGEOM_CAPSULE
-        geom.type, geom.size = round_, [piece.size[0], 0.5 * piece.size[1], 0.0]
+
+
+def form(engine: Any, kind: str, size: Sequence[float]) -> tuple[Any, list[float]]:
+    """Return the engine's type and sizes of a plane, box, sphere, cylinder, capsule or mesh."""
+    radius, length = (*size, 0.0, 0.0)[:2]
+    sizes = {"box": [0.5 * edge for edge in size], "plane": [0.0, 0.0, 1.0], "mesh": [0.0] * 3}
+    kinds = getattr(engine.mjtGeom, f"mjGEOM_{kind.upper()}")
+    return kinds, sizes.get(kind, [radius, 0.5 * length, 0.0])
 
 
 def _mesh(engine: Any, spec: Any, piece: Piece, name: str, robot: RobotModel) -> None:

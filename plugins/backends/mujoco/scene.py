@@ -13,7 +13,14 @@ from seals.arrays import Floats
 from seals.environment.ground import Solid
 from seals.errors import PhysicsError, RobotError
 from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
-from seals.plugins.backends.mujoco.loading import FAR, Description, describe, limits, principal
+from seals.plugins.backends.mujoco.loading import (
+    FAR,
+    Description,
+    describe,
+    form,
+    limits,
+    principal,
+)
 from seals.plugins.backends.mujoco.sliding import Sliding
 from seals.robot.model import RobotModel, Surface
 
@@ -93,21 +100,12 @@ class Scene:
 
     def _put(self, solid: Solid) -> tuple[str, int, bool, Surface]:
         """Describe a static solid."""
-        kinds = self.engine.mjtGeom
         name = f"/{solid.name}"
         x, y, z, w = solid.quaternion
         geom = self._spec.worldbody.add_geom(
             name=name, pos=solid.position, quat=[w, x, y, z], contype=0, conaffinity=0
         )
-        if solid.kind == "plane":
-            geom.type, geom.size = kinds.mjGEOM_PLANE, [0.0, 0.0, 1.0]
-        elif solid.kind == "box":
-            geom.type, geom.size = kinds.mjGEOM_BOX, [0.5 * edge for edge in solid.size]
-        elif solid.kind == "sphere":
-            geom.type, geom.size = kinds.mjGEOM_SPHERE, [solid.size[0], 0.0, 0.0]
-        else:
-            radius, length = solid.size
-            geom.type, geom.size = kinds.mjGEOM_CYLINDER, [radius, 0.5 * length, 0.0]
+        geom.type, geom.size = form(self.engine, solid.kind, solid.size)
         surface = Surface(
             friction=solid.friction, rolling=0.0, spinning=0.0, restitution=solid.restitution
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import struct
-import sys
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +20,7 @@ from seals.plugins.backends.pybullet.body import PybulletBody
 from seals.plugins.backends.pybullet.trial import survived
 from seals.robot.model import RobotModel
 from seals.schema import count
+from seals.terminal import silenced
 
 _HEAD = 12
 """Mark, size of numbers and pointers, byte order, version."""
@@ -235,19 +235,14 @@ def _put(p: Any, client: int, solid: Solid) -> int:
 
 def _engine() -> Any:
     """Import the engine, without the line that its C code prints on the first import."""
-    sys.stderr.flush()
-    kept, silent = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silent, 2)
-    try:
-        with optional_import(
+    with (
+        silenced(2),
+        optional_import(
             "backend=pybullet needs the package pybullet",
             "Take backend=mujoco. PyBullet has wheels for Linux x86-64 with Python 3.10 and 3.11.",
-        ):
-            import pybullet
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(silent)
+        ),
+    ):
+        import pybullet
     return pybullet
 
 

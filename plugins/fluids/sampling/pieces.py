@@ -24,10 +24,7 @@ from seals.plugins.fluids.sampling.shapes import (
     Samples,
     fine_face,
     joined,
-    sample_box,
-    sample_capsule,
-    sample_cylinder,
-    sample_sphere,
+    sample_shape,
 )
 from seals.robot.pieces import Piece
 
@@ -186,7 +183,7 @@ def sample_sheet(vertices: Floats, faces: Any, spacing: float) -> Samples:
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
     cloud, weight = _dense(corners, area, 0.25 * spacing)
-    chosen = _thinned(cloud, 0.75 * spacing)
+    chosen = _apart(cloud, _NONE, 0.75 * spacing)
     owner = cKDTree(cloud[chosen]).query(cloud)[1]
     share = np.bincount(owner, weights=weight, minlength=len(chosen))
     return Samples(cloud[chosen], np.asarray(share * spacing, dtype=np.float64))
@@ -206,19 +203,6 @@ def _dense(corners: Floats, area: Floats, fine: float) -> tuple[Floats, Floats]:
         points.append(a + u[:, None] * (b - a) + v[:, None] * (c - a))
         weights.append(np.full(len(u), whole / len(u)))
     return np.concatenate(points), np.concatenate(weights)
-
-
-def _thinned(cloud: Floats, apart: float) -> Any:
-    """Indices of points of a cloud that are at least ``apart`` from each other, in order."""
-    from scipy.spatial import cKDTree
-
-    near = cKDTree(cloud)
-    taken, gone = [], np.zeros(len(cloud), dtype=bool)
-    for k in range(len(cloud)):
-        if not gone[k]:
-            taken.append(k)
-            gone[near.query_ball_point(cloud[k], apart)] = True
-    return np.array(taken)
 
 
 SAME = 1e-6
@@ -280,7 +264,7 @@ def _convex_face(hull: Any, spacing: float, pitch: float) -> Samples:
     fixed = _edges(inner, pitch)
     order = np.random.default_rng(0).permutation(len(places))
     # so far apart, places that leave no gap are as many as a square lattice of the pitch has
-    free = _apart(places[order], fixed, 0.835 * pitch)
+    free = places[order][_apart(places[order], fixed, 0.835 * pitch)]
     for _ in range(ROUNDS):
         near = cKDTree(np.concatenate((fixed, free))).query(places)[1] - len(fixed)
         own = near >= 0
@@ -331,13 +315,17 @@ def _edges(hull: Any, pitch: float) -> Floats:
             count = max(1, math.ceil(float(np.linalg.norm(last - first)) / (0.5 * pitch)))
             found.append(first + np.linspace(0.0, 1.0, count + 1)[:, None] * (last - first))
     if not found:
-        return np.zeros((0, 3))
+        return _NONE
     # corners of many short edges lie closer than a pitch
-    return _apart(np.concatenate(found), np.zeros((0, 3)), 0.75 * pitch)
+    places = np.concatenate(found)
+    return places[_apart(places, _NONE, 0.75 * pitch)]
 
 
-def _apart(places: Floats, fixed: Floats, least: float) -> Floats:
-    """Return those of some places, in their order, that keep a distance from all before them."""
+_NONE: Floats = np.zeros((0, 3))
+
+
+def _apart(places: Floats, fixed: Floats, least: float) -> list[int]:
+    """Return indices of places that keep a distance from all before them, and from others."""
     from scipy.spatial import cKDTree
 
     open_ = np.ones(len(places), dtype=bool)
@@ -349,7 +337,7 @@ def _apart(places: Floats, fixed: Floats, least: float) -> Floats:
         if open_[k]:
             kept.append(k)
             open_[tree.query_ball_point(places[k], least)] = False
-    return places[kept]
+    return kept
 
 
 THIN = 1.5
@@ -399,11 +387,8 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
             found = sample_sheet(piece.vertices, piece.faces, spacing)
     elif layers == SEEN and thickness(piece) >= THICK * spacing:
         found = fine_face(piece.kind, piece.size, spacing)
-    elif piece.kind == "sphere":
-        found = sample_sphere(piece.size[0], spacing, layers)
     else:
-        draw = {"box": sample_box, "cylinder": sample_cylinder, "capsule": sample_capsule}
-        found = draw[piece.kind](piece.size, spacing, layers)
+        found = sample_shape(piece.kind, piece.size, spacing, layers)
     if piece.volume is not None:
         found = Samples(found.points, found.volumes * (piece.volume / _own_volume(piece)))
     bulk = min(max((thickness(piece) / spacing - THIN) / (THICK - THIN), 0.0), 1.0)

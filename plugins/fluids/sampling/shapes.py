@@ -231,7 +231,7 @@ def fine_face(
         "cylinder": (radius, edges[-1]),
         "capsule": (radius, size[-1]),
     }[kind]
-    whole, found = _layer(kind, size, spacing), _layer(kind, smaller, fine)
+    whole, found = sample_shape(kind, size, spacing), sample_shape(kind, smaller, fine)
     return Samples(found.points, found.volumes * (whole.volumes.sum() / found.volumes.sum()))
 
 
@@ -247,9 +247,16 @@ def _smaller_edge(edge: float, spacing: float, fine: float) -> float:
     return reach * count / max(count - 1, 1)
 
 
-def _layer(kind: str, size: tuple[float, ...], spacing: float) -> Samples:
-    """Return the outermost layer of samples of a shape."""
+def sample_shape(kind: str, size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
+    """Sample a box, sphere, cylinder or capsule about its centre.
+
+    Args:
+        kind: of the shape.
+        size: as the shape's own function takes it [m].
+        spacing: [m].
+        layers: under the surface; deeper ones are left out.
+    """
     if kind == "sphere":
-        return sample_sphere(size[0], spacing, SEEN)
+        return sample_sphere(size[0], spacing, layers)
     draw = {"box": sample_box, "cylinder": sample_cylinder, "capsule": sample_capsule}
-    return draw[kind](size, spacing, SEEN)
+    return draw[kind](size, spacing, layers)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -101,21 +101,6 @@ def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None
         raise PhysicsError(
             f"Particles to fill overlap each other: {gap:.4g} m apart, spacing {spacing:.4g} m."
         )
-
-
-def _check_place(values: list[Any], bodies: int) -> None:
-    """Refuse poses, twists and masses that are not finite, or not one per body.
-
-    Raises:
-        PhysicsError: wrong length or not finite.
-    """
-    for value in values:
-        array = np.asarray(value)
-        if len(array) != bodies or not np.isfinite(array).all():
-            raise PhysicsError(
-                f"place_bodies() needs finite values for each of {bodies} bodies; got shape "
-                f"{array.shape}{'' if np.isfinite(array).all() else ' with values not finite'}."
-            )
 
 
 def _trouble(
@@ -332,7 +317,15 @@ class DeviceSolver(ABC):
         local = np.asarray(position) - self.origin
         parts = [local, rotation, velocity, spin, inverse_mass, inverse_inertia]
         parts += [acceleration, np.zeros((self.bodies, 3))]
-        _check_place(parts, self.bodies)
+        # refuse poses, twists and masses that are not finite, or not one per body
+        for value in parts:
+            array = np.asarray(value)
+            if len(array) != self.bodies or not np.isfinite(array).all():
+                odd = "" if np.isfinite(array).all() else " with values not finite"
+                raise PhysicsError(
+                    f"place_bodies() needs finite values for each of {self.bodies} bodies; got "
+                    f"shape {array.shape}{odd}."
+                )
         self.pipeline.send(np.hstack([np.reshape(part, (self.bodies, -1)) for part in parts]))
         self._placed = True
 
@@ -428,17 +421,17 @@ class DeviceSolver(ABC):
 
     def positions(self) -> Array:
         """Positions [m], shape (n, 3)."""
-        return self._read(self.pipeline.rows.places) + self.origin
+        return self._read(self.pipeline.particles.place) + self.origin
 
     def velocities(self) -> Array:
         """Velocities [m/s], shape (n, 3)."""
-        return self._read(self.pipeline.rows.velocities)
+        return self._read(self.pipeline.particles.velocity)
 
-    def _read(self, rows: Any) -> Array:
-        """What a pass over the particles writes by row, shape (n, 3)."""
+    def _read(self, buffers: Sequence[Any]) -> Array:
+        """First three numbers of the particles' vectors in buffer 0, by row, shape (n, 3)."""
         found = np.empty((self.count, 3), np.float32)
         if self.count:
-            rows(found)
+            self.pipeline.rows.write(buffers[0].plain, found)
         return found.astype(np.float64)
 
     def densities(self) -> Array:

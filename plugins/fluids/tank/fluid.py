@@ -29,8 +29,7 @@ from seals.plugins.fluids.sampling.shapes import (
     THICK,
     face_edge,
     fine_face,
-    sample_cylinder,
-    sample_sphere,
+    sample_shape,
 )
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
@@ -62,10 +61,8 @@ def sample_solid(solid: Solid, spacing: float, lower: Floats, upper: Floats) -> 
         found = _box_near(solid, turn, spacing, lower, upper)
     elif 2.0 * solid.size[0] >= THICK * spacing and solid.size[-1] >= spacing:
         found = fine_face(solid.kind, solid.size, spacing)
-    elif solid.kind == "sphere":
-        found = sample_sphere(solid.size[0], spacing)
     else:
-        found = sample_cylinder(solid.size, spacing)
+        found = sample_shape(solid.kind, solid.size, spacing)
     # a static obstacle may displace a full cell: no buoyancy depends on it
     found = Samples(found.points, np.maximum(found.volumes, spacing**3))
     placed = found.placed(solid.position, turn)

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.control import Reference, RobotState
 from seals.field_roles import roles
-from seals.plugins.guides.behaviour.over_batch import BatchFlee
+from seals.plugins.guides.behaviour.over_batch import OverBatch, fleeing
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for, place_of
 from seals.schema import check_order, setting
 from seals.state_records import state_record
@@ -54,9 +54,9 @@ class Flee(Behaviour):
         """Refuse a distance of calm below the distance of alarm."""
         check_order(self, "alarm", "calm", where=self.guide, equal=True)
 
-    def over_batch(self) -> BatchFlee:
+    def over_batch(self) -> OverBatch:
         """Return the behaviour over a batch of animals; the enemy is what the batch says."""
-        return BatchFlee(self)
+        return fleeing(self)
 
     def start(self, situation: RobotState) -> FleeState:
         """Return the initial state: standing."""

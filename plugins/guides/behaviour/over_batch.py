@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 from seals.arrays import Array, namespace
 
@@ -15,59 +15,30 @@ HOMEWARD = 0.25
 """Share of a random direction that is left in a bout that leads home [1]."""
 
 
-class BatchBehaviour(Protocol):
-    """Behaviour of B animals; arrays of B rows on any array library."""
-
-    def start(self, place: Array, time: Array) -> Memory:
-        """Return the initial memory for places [m] (B, 3) and times [s] (B, 1)."""
-
-    def aim(
-        self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
-    ) -> tuple[Array, Memory]:
-        """Return the wanted velocities, world axes [m/s], shape (B, 3), and the new memory.
-
-        Args:
-            place: of the animals, world [m], shape (B, 3).
-            enemy: what they may flee from, world [m], shape (B, 3).
-            time: since the start [s], shape (B, 1).
-            memory: of the last call.
-            chance: random numbers.
-        """
-
-
-class BatchFreeze:
-    """Animals that stay in place."""
-
-    def start(self, place: Array, time: Array) -> Memory:
-        """Return nothing to remember."""
-        return ()
-
-    def aim(
-        self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
-    ) -> tuple[Array, Memory]:
-        """Return zero velocities."""
-        return place * 0.0, ()
-
-
-class BatchFlee:
-    """Animals that flee as `Flee` does.
+class OverBatch(NamedTuple):
+    """Behaviour of B animals; arrays of B rows on any array library.
 
     Args:
-        flee: the behaviour.
+        start: returns the initial memory for places [m] (B, 3) and times [s] (B, 1).
+        aim: returns the wanted velocities, world axes [m/s], shape (B, 3), and the new memory, for
+            the places of the animals, those of what they may flee from, world [m], (B, 3), times
+            since the start [s], (B, 1), the memory of the last call, and `Chance`.
     """
 
-    def __init__(self, flee: Any) -> None:
-        self._flee = flee
+    start: Callable[[Array, Array], Memory]
+    aim: Callable[[Array, Array, Array, Memory, Chance], tuple[Array, Memory]]
 
-    def start(self, place: Array, time: Array) -> Memory:
-        """Return that none of them runs."""
+
+def fleeing(flee: Any) -> OverBatch:
+    """Return animals that flee as `Flee` does; the memory says which of them run."""
+
+    def start(place: Array, time: Array) -> Memory:
         return (time * 0.0,)
 
     def aim(
-        self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
+        place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
     ) -> tuple[Array, Memory]:
-        """Return velocities away from the enemies, or zero."""
-        xp, flee = namespace(place), self._flee
+        xp = namespace(place)
         away = place - enemy
         near = xp.sqrt(xp.sum(away * away, axis=1, keepdims=True))
         one = near * 0.0 + 1.0
@@ -75,26 +46,22 @@ class BatchFlee:
         runs = xp.astype(near < reach, one.dtype)
         return _velocity(xp.atan2(away[:, 1:2], away[:, 0:1]), flee.speed * runs), (runs,)
 
+    return OverBatch(start, aim)
 
-class BatchWander:
-    """Animals that wander as `Wander` does.
 
-    Args:
-        wander: the behaviour.
+def wandering(w: Any) -> OverBatch:
+    """Return animals that wander as `Wander` does; the first bout is due at the start.
+
+    The memory holds number and end of the bout, direction and home.
     """
 
-    def __init__(self, wander: Any) -> None:
-        self._wander = wander
-
-    def start(self, place: Array, time: Array) -> Memory:
-        """Return number and end of the bout, direction and home: the first bout is due."""
+    def start(place: Array, time: Array) -> Memory:
         return (time * 0.0, time + 0.0, time * 0.0, place[:, :2] + 0.0)
 
     def aim(
-        self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
+        place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
     ) -> tuple[Array, Memory]:
-        """Return the velocities of the present bouts."""
-        xp, w = namespace(place), self._wander
+        xp = namespace(place)
         bouts, end, way, home = memory
         due, drawn = time >= end, chance(2)
         bouts = xp.where(due, bouts + 1.0, bouts)
@@ -109,38 +76,32 @@ class BatchWander:
         end, way = xp.where(due, time + length, end), xp.where(due, fresh, way)
         return _velocity(way, w.speed * walks), (bouts, end, way, home)
 
+    return OverBatch(start, aim)
 
-class BatchShy:
-    """Animals some of which flee, see `Shy`; which, is drawn at their first step.
 
-    Args:
-        share: of the animals that flee [1].
-        wander: of the others.
-        flee: of those.
-    """
+def partly(share: float, wander: OverBatch, flee: OverBatch) -> OverBatch:
+    """Return animals of which a share flees, see `Shy`; which, is drawn at their first step."""
 
-    def __init__(self, share: float, wander: BatchWander, flee: BatchFlee) -> None:
-        self._share, self._wander, self._flee = share, wander, flee
-
-    def start(self, place: Array, time: Array) -> Memory:
-        """Return the memories of wandering and fleeing, and that nothing is drawn."""
-        return (
-            time * 0.0,
-            *self._flee.start(place, time),
-            *self._wander.start(place, time),
-        )
+    def start(place: Array, time: Array) -> Memory:
+        return (time * 0.0, *flee.start(place, time), *wander.start(place, time))
 
     def aim(
-        self, place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
+        place: Array, enemy: Array, time: Array, memory: Memory, chance: Chance
     ) -> tuple[Array, Memory]:
-        """Return the velocities of all animals."""
-        xp = namespace(place)
-        flees, runs, *wander = memory
-        drawn = xp.astype(chance(1) < self._share, place.dtype)
-        flees = xp.where(wander[0] < 0.5, drawn, flees)
-        away, (runs,) = self._flee.aim(place, enemy, time, (runs,), chance)
-        way, wander_on = self._wander.aim(place, enemy, time, tuple(wander), chance)
-        return xp.where(flees > 0.5, away, way), (flees, runs, *wander_on)
+        flees, runs, *bouts = memory
+        drawn = namespace(place).astype(chance(1) < share, place.dtype)
+        flees = namespace(place).where(bouts[0] < 0.5, drawn, flees)
+        away, (runs,) = flee.aim(place, enemy, time, (runs,), chance)
+        way, after = wander.aim(place, enemy, time, tuple(bouts), chance)
+        return namespace(place).where(flees > 0.5, away, way), (flees, runs, *after)
+
+    return OverBatch(start, aim)
+
+
+STILL = OverBatch(
+    lambda place, time: (), lambda place, enemy, time, memory, chance: (place * 0.0, ())
+)
+"""Animals that stay in place."""
 
 
 def _velocity(way: Array, speed: Array) -> Array:

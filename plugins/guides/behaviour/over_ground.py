@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import Plant, Reference, RobotState
 from seals.errors import refuse_unlisted
-from seals.plugins.guides.behaviour.over_batch import BatchFreeze
+from seals.plugins.guides.behaviour.over_batch import STILL, OverBatch
 from seals.schema import setting
 from seals.state_records import state_record
 
@@ -74,9 +74,9 @@ class Freeze(Behaviour):
 
     rate: float = setting(5.0, "Hz", bounds=(0.1, 1e4), source="chosen")
 
-    def over_batch(self) -> BatchFreeze:
+    def over_batch(self) -> OverBatch:
         """Return the behaviour over a batch of animals."""
-        return BatchFreeze()
+        return STILL
 
     def start(self, situation: RobotState) -> float:
         """Return the initial state: the heading [rad]."""

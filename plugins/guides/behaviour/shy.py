@@ -10,7 +10,7 @@ import numpy as np
 from seals.control import Reference, RobotState
 from seals.field_roles import roles
 from seals.plugins.guides.behaviour.flee import Flee, FleeState
-from seals.plugins.guides.behaviour.over_batch import BatchFlee, BatchShy, BatchWander
+from seals.plugins.guides.behaviour.over_batch import OverBatch, fleeing, partly, wandering
 from seals.plugins.guides.behaviour.wander import Wander, WanderSettings, WanderState
 from seals.schema import setting
 from seals.state_records import state_record
@@ -75,9 +75,9 @@ class Shy(WanderSettings):
             calm=self.calm,
         )
 
-    def over_batch(self) -> BatchShy:
+    def over_batch(self) -> OverBatch:
         """Return the behaviour over a batch of animals, with another random stream."""
-        return BatchShy(self.share, BatchWander(self.wandering()), BatchFlee(self.fleeing()))
+        return partly(self.share, wandering(self.wandering()), fleeing(self.fleeing()))
 
     def start(self, situation: RobotState) -> ShyState:
         """Return the initial state: the seed says whether it is one that flees."""

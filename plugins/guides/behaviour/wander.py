@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.control import Reference, RobotState
-from seals.plugins.guides.behaviour.over_batch import BatchWander
+from seals.plugins.guides.behaviour.over_batch import OverBatch, wandering
 from seals.plugins.guides.behaviour.over_ground import Behaviour, apart, heading_for
 from seals.schema import count, setting
 from seals.state_records import state_record
@@ -63,9 +63,9 @@ class Wander(WanderSettings):
         11.2
     """
 
-    def over_batch(self) -> BatchWander:
+    def over_batch(self) -> OverBatch:
         """Return the behaviour over a batch of animals, with bouts of another random stream."""
-        return BatchWander(self)
+        return wandering(self)
 
     def start(self, situation: RobotState) -> WanderState:
         """Return the initial state: home position, first bout due."""

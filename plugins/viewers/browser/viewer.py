@@ -114,17 +114,6 @@ def look_at(server: Any, extent: Extent) -> None:
         client.camera.look_at = camera.look_at
 
 
-def _set_sky(server: Any) -> None:
-    """Set sky background and lights, without downloaded textures."""
-    fade = np.linspace(0.0, 1.0, 64)[:, None]
-    column = (1.0 - fade) * np.array(ZENITH) + fade * np.array(HORIZON)
-    server.scene.set_background_image(
-        np.repeat(np.rint(column).astype(np.uint8)[:, None], 4, axis=1), format="png"
-    )
-    server.scene.set_up_direction("+z")
-    server.gui.configure_theme(show_logo=False, show_share_button=False)
-
-
 STONE = 0.86
 """Lightness of the second colour of a tiled plane over that of the first [1]."""
 GLASS = 0.1
@@ -421,7 +410,14 @@ class _Page:
         self._pictures: dict[str, Path | None] = {}
         self._base: Floats | None = None
         self._sent: tuple[Any, ...] = ()
-        _set_sky(server)
+        # set sky background and lights, without downloaded textures
+        fade = np.linspace(0.0, 1.0, 64)[:, None]
+        column = (1.0 - fade) * np.array(ZENITH) + fade * np.array(HORIZON)
+        server.scene.set_background_image(
+            np.repeat(np.rint(column).astype(np.uint8)[:, None], 4, axis=1), format="png"
+        )
+        server.scene.set_up_direction("+z")
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
 
     def draw(self) -> None:
         """Apply the controls, advance the time, and draw."""

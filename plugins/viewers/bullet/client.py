@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +15,7 @@ from seals.frames import quaternion_of
 from seals.rendering.camera import Lens
 from seals.rendering.meshes import corners_of
 from seals.rendering.scene import Scene, Shape
+from seals.terminal import silenced
 
 Colour = tuple[float, float, float]
 FEW = 200
@@ -70,7 +67,7 @@ class Bodies:
         self._files: Path | None = None
         self._turns: dict[int, tuple[Floats, list[float]]] = {}
         if plugin is not None:
-            with _quiet(), tempfile.TemporaryDirectory() as folder:
+            with silenced(), tempfile.TemporaryDirectory() as folder:
                 self.engine.loadPlugin(*plugin, physicsClientId=self.client)
                 self._files = Path(folder)
                 self._load_all(scene)
@@ -214,7 +211,7 @@ def engine(name: str) -> Any:
         MissingExtra: it is not installed.
     """
     with (
-        _quiet(),
+        silenced(),
         optional_import(
             f"viewer={name} needs the package pybullet",
             "Draw without it: viewer=raycast (extra 'learn'); or pip install pybullet==3.2.7",
@@ -222,20 +219,3 @@ def engine(name: str) -> Any:
     ):
         import pybullet
     return pybullet
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress the output of C code, such as that of drivers."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    kept, silent = [os.dup(1), os.dup(2)], os.open(os.devnull, os.O_WRONLY)
-    try:
-        for number in (1, 2):
-            os.dup2(silent, number)
-        yield
-    finally:
-        for number, before in enumerate(kept, start=1):
-            os.dup2(before, number)
-            os.close(before)
-        os.close(silent)

@@ -94,8 +94,10 @@ def _recorded(config: Any) -> tuple[Demonstrations, int]:
         config=world_config(config),
         tried=tried,
     )
-    found = _after(before, Demonstrations(origin=origin, episodes=kept))
-    return found, found.origin.tried
+    if before is not None:
+        origin = dataclasses.replace(origin, tried=before.origin.tried + tried)
+        kept = [*before.episodes, *kept]
+    return Demonstrations(origin=origin, episodes=kept), origin.tried
 
 
 def _kept(environment: Any, config: Any) -> tuple[list[Episode], int]:
@@ -138,15 +140,6 @@ def _before(config: Any) -> Demonstrations | None:
             "Record both with the same words, or leave after= out."
         )
     return found
-
-
-def _after(before: Demonstrations | None, found: Demonstrations) -> Demonstrations:
-    """Append episodes to the earlier ones."""
-    if before is None:
-        return found
-    tried = before.origin.tried + found.origin.tried
-    origin = dataclasses.replace(found.origin, tried=tried)
-    return Demonstrations(origin=origin, episodes=[*before.episodes, *found.episodes])
 
 
 def _refuse(config: Any) -> None:

@@ -78,7 +78,8 @@ def read(folder: str | Path) -> Demonstrations:
     where = str(path.with_name(CARD))
     found = declared(read_metadata(Path(folder), form=FORM, key="demonstrations"), where=where)
     wanted = _expected(found)
-    if _is_memory_mapped(path.parent) and not path.exists():
+    # whether a folder holds demonstrations of the former format
+    if (path.parent / f"action{SUFFIX}").exists() and not path.exists():
         arrays = _read_memory_mapped(path.parent, list(found.steps), wanted)
     else:
         size = sum(math.prod(shape) * np.dtype(kind).itemsize for shape, kind in wanted.values())
@@ -122,11 +123,6 @@ SUFFIX = ".memmap"
 """Ending of the files, one for each array."""
 Layout = Mapping[str, tuple[tuple[int, ...], str]]
 """Shape and type of every array of the present format, by name."""
-
-
-def _is_memory_mapped(folder: Path) -> bool:
-    """Return whether a folder holds demonstrations of the former format."""
-    return (folder / f"action{SUFFIX}").exists()
 
 
 def _read_memory_mapped(folder: Path, steps: list[int], wanted: Layout) -> dict[str, NDArray[Any]]:

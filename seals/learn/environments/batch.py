@@ -13,11 +13,11 @@ from seals.learn.batched import StepResult
 from seals.learn.environments.episode_frame import FrameCallback
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.machine_verdict import MachineVerdict
-from seals.learn.environments.simulator import BatchSimulator, picked
-from seals.learn.observations import each
+from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.observations import picked
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
-from seals.pytree import copied
+from seals.pytree import copied, mapped
 from seals.sound_numbers import refuse_not_finite
 from seals.tensor_compiler import compile_law
 
@@ -146,9 +146,12 @@ class Environments:
             if not (self.simulator.pure and on_accelerator(asked)):
                 self._scene, (found, self.reached) = self._advance(self._scene, asked)
             else:
-                recorded = self._recorded or self._record(asked)
-                found, self.reached = recorded(asked)
-                self._scene = recorded.state
+                if self._recorded is None:
+                    from seals.learn.recorded import Recorded
+
+                    self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
+                found, self.reached = self._recorded(asked)
+                self._scene = self._recorded.state
             callback = self.simulator.frame_callback
             if callback is not None and not self.simulator.films:
                 callback(self.simulator.frame(self.reached))
@@ -182,7 +185,7 @@ class Environments:
             after = self._reset_ended(after, ended, chance)
             observation = self._observation(self._perceive(after.now, ended))
         else:
-            observation = each(lambda leaf: leaf.clone(), final)
+            observation = copied(final)
         return after, (self._result(verdict, final, observation), now)
 
     def _judged(
@@ -303,13 +306,6 @@ class Environments:
         if self._recorded is not None:
             self._recorded.begin(scene)
 
-    def _record(self, asked: Array) -> Recorded:
-        """Record a control step on the accelerator."""
-        from seals.learn.recorded import Recorded
-
-        self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
-        return self._recorded
-
     def _result(self, verdict: EpisodeOutcome, final: Tensor, observation: Tensor) -> StepResult:
         """Return the result of a step as tensors."""
         facts = verdict.facts
@@ -426,13 +422,10 @@ def _rebuilt(kept: Any, like: Any) -> Any:
         >>> _rebuilt([1, {"a": [2.0, None]}], (0, {"a": (0.0, None)}))
         (1, {'a': (2.0, None)})
     """
-    if isinstance(like, Mapping):
-        return {key: _rebuilt(kept[key], part) for key, part in like.items()}
-    if isinstance(like, tuple):
-        parts = [_rebuilt(a, b) for a, b in zip(kept, like, strict=True)]
-        return type(like)(*parts) if hasattr(like, "_fields") else tuple(parts)
-    if isinstance(like, np.ndarray):
-        return kept.cpu().numpy().copy()
-    if hasattr(like, "device") and hasattr(kept, "to"):
-        return kept.to(like.device)
-    return kept
+
+    def leaf(now: Any, old: Any) -> Any:
+        if isinstance(now, np.ndarray):
+            return old.cpu().numpy().copy()
+        return old.to(now.device) if hasattr(now, "device") and hasattr(old, "to") else old
+
+    return mapped(like, leaf, kept)

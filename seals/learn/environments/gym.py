@@ -17,7 +17,7 @@ from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.environments.build import batched_of
 from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
-from seals.learn.observations import each
+from seals.pytree import mapped
 
 FEW = 8
 """Worlds up to which the laws of all are compiled, however long they are stepped."""
@@ -285,4 +285,4 @@ def _spaces(batched: Any) -> tuple[Any, Any]:
 
 def _numbers(observation: Any, row: int | None = None) -> Any:
     """An observation as NumPy has it, of all environments or of one."""
-    return each(lambda leaf: leaf.cpu().numpy()[() if row is None else row], observation)
+    return mapped(observation, lambda leaf: leaf.cpu().numpy()[() if row is None else row])

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, doubting
-from seals.learn.environments.machine_verdict import filled
-from seals.pytree import leaves
+from seals.pytree import leaves, mapped
 from seals.world.scalar_compiler import CannotCompile, constant
 from seals.world.scalar_compiler.rows import RowKernel
 
@@ -63,7 +62,7 @@ class MachineLaw:
             return plain(*given)
         *found, _ = first.results(out)
         results, unsure = iter(found), out[:, -1] != 0.0
-        whole = filled(self._form, lambda leaf: next(results))
+        whole = mapped(self._form, lambda leaf: next(results))
         if unsure.any():
             whole = chosen(plain(*given), whole, unsure)
         return whole
@@ -83,7 +82,7 @@ class MachineLaw:
         def whole(*arrays: Array) -> list[Array]:
             more = iter(arrays)
             with doubting(rounds) as doubts:
-                self._form = law(*filled(given, lambda leaf: next(more)))
+                self._form = law(*mapped(given, lambda leaf: next(more)))
             nothing: Any = constant(np.zeros(1))
             sure = nothing > 0.0
             unsure = functools.reduce(lambda a, b: a | b.reshape((1,)), doubts, sure)

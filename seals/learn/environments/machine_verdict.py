@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array
-from seals.pytree import leaves
+from seals.pytree import leaves, mapped
 from seals.world.scalar_compiler import CannotCompile, compiled
 
 
@@ -53,8 +53,8 @@ class MachineVerdict:
 
         def law(*arrays: Array) -> list[Array]:
             more = iter(arrays)
-            whole = self._law(*filled(given, lambda leaf: _entries(next(more), leaf)))
-            self._form = filled(whole, lambda leaf: leaf.dtype == np.bool_)
+            whole = self._law(*mapped(given, lambda leaf: _entries(next(more), leaf)))
+            self._form = mapped(whole, lambda leaf: leaf.dtype == np.bool_)
             return list(leaves(whole))
 
         kernel = compiled(law, shapes)
@@ -85,13 +85,3 @@ def builder(form: Any) -> Callable[[Iterator[Any]], Any]:
     if form is None:
         return lambda found: None
     return (lambda found: next(found) != 0.0) if form else next
-
-
-def filled(form: Any, leaf: Callable[[Any], Any]) -> Any:
-    """Return a nest with its leaves exchanged, in the order of `seals.pytree.leaves`."""
-    if isinstance(form, dict):
-        return {name: filled(part, leaf) for name, part in form.items()}
-    if isinstance(form, tuple):
-        parts = [filled(part, leaf) for part in form]
-        return type(form)(*parts) if hasattr(form, "_fields") else tuple(parts)
-    return form if form is None else leaf(form)

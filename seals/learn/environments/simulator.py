@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from seals.arrays import Array, namespace
+from seals.arrays import Array
 from seals.learn.environments.episode_frame import EpisodeFrame, FrameCallback
 from seals.learn.task import Draw, Instant
 from seals.robot.model import RobotModel
@@ -112,24 +112,3 @@ class BatchSimulator(ABC):
     def close(self) -> None:
         """Release all resources."""
         self.frame_callback = None
-
-
-def picked(fresh: Any, other: Any, ended: Array) -> Any:
-    """Select rows of one nest of tuples and mappings by the mask ``ended`` (N,), else of another.
-
-    Example:
-        >>> import numpy as np
-        >>> picked(
-        ...     (np.ones(2), {"a": np.ones(2)}),
-        ...     (np.zeros(2), {"a": np.zeros(2)}),
-        ...     np.array([True, False]),
-        ... )
-        (array([1., 0.]), {'a': array([1., 0.])})
-    """
-    if isinstance(other, Mapping):
-        return {name: picked(fresh[name], part, ended) for name, part in other.items()}
-    if isinstance(other, tuple):
-        parts = [picked(a, b, ended) for a, b in zip(fresh, other, strict=True)]
-        return type(other)(*parts) if hasattr(other, "_fields") else tuple(parts)
-    xp = namespace(ended)
-    return xp.where(xp.reshape(ended, (-1, *[1] * (other.ndim - 1))), fresh, other)

@@ -16,7 +16,8 @@ from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
 from seals.learn.environments.machine_twin import MachineLaw
-from seals.learn.environments.simulator import BatchSimulator, picked
+from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.observations import picked
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
@@ -125,7 +126,9 @@ class TwinSimulator(BatchSimulator):
             step=backend.interval,
             values=values,
             fused=self.fused,
-            wetting=_whole if traced == "whole" and self._wet(settings) else None,
+            wetting=_whole
+            if traced == "whole" and (settings.environment.water_level is not None)
+            else None,
         )
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
         # the position of the hand in body axes, joints held [m], shape (3,)
@@ -138,24 +141,17 @@ class TwinSimulator(BatchSimulator):
         # stand in for the laws of the array library
         self.machine: tuple[MachineLaw, MachineLaw] | None = None
         if coded and values is None and isinstance(self.like, np.ndarray):
-            self._compile(settings)
-
-    @staticmethod
-    def _wet(settings: RunSettings) -> bool:
-        return settings.environment.water_level is not None
-
-    def _compile(self, settings: RunSettings) -> None:
-        """Let machine code stand in for the laws, where they have any."""
-        with undecided(), contextlib.suppress(*REFUSED):
-            # hulls as a whole first: those that the surface may cut take several times as long
-            ones = [
-                TwinSimulator(settings, self.task, count=1, device="cpu", traced=form)
-                for form in ("whole", "cut")
-            ]
-            self.machine = (
-                MachineLaw([one._fly for one in ones]),
-                MachineLaw([one._look for one in ones]),
-            )
+            # let machine code stand in for the laws, where they have any
+            with undecided(), contextlib.suppress(*REFUSED):
+                # hulls as a whole first: those that the surface may cut take several times as long
+                ones = [
+                    TwinSimulator(settings, self.task, count=1, device="cpu", traced=form)
+                    for form in ("whole", "cut")
+                ]
+                self.machine = (
+                    MachineLaw([one._fly for one in ones]),
+                    MachineLaw([one._look for one in ones]),
+                )
 
     def begin(
         self, draw: Draw, rows: Array | None = None, seeds: Sequence[int] | None = None

@@ -287,12 +287,9 @@ def _row(batch: Any, k: int) -> Any:
 
 def _joined(instants: Sequence[Instant]) -> Instant:
     """Return instants of one row each as one."""
-    first = instants[0]
-    if len(instants) == 1:
-        return first
-    facts = {name: np.concatenate([x.facts[name] for x in instants]) for name in first.facts}
-    columns = [np.concatenate(column) for column in zip(*(x[:-1] for x in instants), strict=True)]
-    return Instant._make([*columns, facts])
+    first, *others = instants
+    found: Instant = mapped(first, lambda *rows: np.concatenate(rows), *others)
+    return found if others else first
 
 
 def _check_objects(world: World, names: list[str]) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from seals.learn.observations import each, where
+from seals.learn.observations import picked
 from seals.learn.stateful import Stateful
+from seals.pytree import mapped
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -71,7 +72,7 @@ class Returns(Stateful):
                 running, item["discount"] * reward, torch.zeros_like(reward)
             )
             item["discount"] = torch.where(running, item["discount"] * discount, item["discount"])
-            item["next_observation"] = where(running, final, item["next_observation"])
+            item["next_observation"] = picked(final, item["next_observation"], running)
             item["alive"] = running & alive
         begun = {
             "observation": observation,
@@ -118,14 +119,14 @@ def of_episodes(columns: Mapping[str, Any], returns: Returns) -> dict[str, Any]:
             # a demonstration that ends without a word was cut off
             cut = columns["truncated"][at] | (~columns["terminated"][at] if last else False)
             item = returns.push(
-                each(lambda leaf, at=at: leaf[at], columns["observation"]),
+                mapped(columns["observation"], lambda leaf, at=at: leaf[at]),
                 columns["action"][at],
                 reward=columns["reward"][at],
                 terminated=columns["terminated"][at],
                 truncated=cut,
-                final=each(lambda leaf, at=at: leaf[at], columns["next_observation"]),
+                final=mapped(columns["next_observation"], lambda leaf, at=at: leaf[at]),
             )
             if item is not None:
                 found.append(item)
         found.extend(returns.drain())
-    return {key: each(cat, *[item[key] for item in found]) for key in found[0]}
+    return {key: mapped(found[0][key], cat, *[item[key] for item in found[1:]]) for key in found[0]}

@@ -259,16 +259,7 @@ class Training:
 
     def _log(self) -> None:
         figures = {**self._place(), **self._statistics.row()}
-        self._refuse_undefined(figures)
-        self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
-        self._chart("training", figures)
-
-    def _refuse_undefined(self, figures: Mapping[str, Any]) -> None:
-        """Stop where a reward, or what the agent reports, is no number any more.
-
-        Raises:
-            PhysicsError: one is not finite; environments on the processor say so at once.
-        """
+        # stop where a reward, or what the agent reports, is no number any more
         odd = [name for name, value in figures.items() if not math.isfinite(value)]
         running = self._statistics.returns
         if not bool(running.isfinite().all()):
@@ -277,6 +268,8 @@ class Training:
             "The training stops. Lower the learning rate, or let the task return finite rewards."
         )
         refuse_not_finite(odd, f"by step {self.step}", advice)
+        self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
+        self._chart("training", figures)
 
     def _evaluate(self) -> None:
         """Evaluate the present policy on the validation seeds, and save it."""

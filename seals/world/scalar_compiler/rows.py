@@ -84,7 +84,13 @@ class RowKernel:
         block = np.empty((rows, _width(self._given)))
         for view, value in zip(self._given, given, strict=True):
             if view.size:
-                block[:, view.start : view.start + view.size] = _joined(value, rows, view.shape[0])
+                # rows of numbers of an array whose first axis is the batch within links
+                links = view.shape[0]
+                array = np.asarray(value, dtype=float)
+                if links > 1:
+                    array = array.reshape(links, rows, -1).swapaxes(0, 1)
+                found: Floats = array.reshape(rows, -1)
+                block[:, view.start : view.start + view.size] = found
         return block
 
     def results(self, out: Floats) -> list[Floats]:
@@ -102,7 +108,11 @@ class RowKernel:
             for a, b in itertools.pairwise(bounds)
         ]
         if parts > 1:
-            _workers(threads).run(work)
+            # this process's threads: those of another one are gone after a fork
+            key = os.getpid(), threads
+            if key not in _WORKERS:
+                _WORKERS[key] = Workers(threads - 1)
+            _WORKERS[key].run(work)
         else:
             work[0]()
         return out
@@ -158,14 +168,6 @@ class Workers:
 _WORKERS: dict[tuple[int, int], Workers] = {}
 
 
-def _workers(threads: int) -> Workers:
-    """Return this process's threads: those of another one are gone after a fork."""
-    key = os.getpid(), threads
-    if key not in _WORKERS:
-        _WORKERS[key] = Workers(threads - 1)
-    return _WORKERS[key]
-
-
 def _views(shapes: Sequence[tuple[int, ...]]) -> list[View]:
     """Return places side by side in a row."""
     found, start = [], 0
@@ -177,15 +179,6 @@ def _views(shapes: Sequence[tuple[int, ...]]) -> list[View]:
 
 def _width(views: Sequence[View]) -> int:
     return max(1, views[-1].start + views[-1].size) if views else 1
-
-
-def _joined(value: Any, rows: int, links: int) -> Floats:
-    """Rows of numbers of an array whose first axis is the batch within links."""
-    array = np.asarray(value, dtype=float)
-    if links > 1:
-        array = array.reshape(links, rows, -1).swapaxes(0, 1)
-    found: Floats = array.reshape(rows, -1)
-    return found
 
 
 def _cut(out: Floats, view: View) -> Floats:

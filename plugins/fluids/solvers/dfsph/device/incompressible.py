@@ -103,8 +103,6 @@ class Incompressible:
         self.own, self.q, self.finish, self.sorting = own, pressure, finish, sorting
         self.p, self.s, self.b, self.g = pressure.p, pressure.s, pressure.b, pressure.g
         self.near, self.bounds, self.kernel = pressure.near, pressure.bounds, pressure.kernel
-        self.grid, self.reach = self.near.grid, self.near.reach
-        self.listed = pressure.listed
 
     @ti.kernel
     def factors(self):
@@ -169,33 +167,20 @@ class Incompressible:
 
         With the gradients of `displacement`, the correction included: the equations are symmetric.
         """
-        at, v = self.p.place[1].get(i), values.get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        q, v = self.p.place[1].get(i).xyz, values.get(i)
         # d rho_i/dt = sum_j g_ij (K_i e_ij) . (v_i - v_j)
         rate = 0.0
-        if ti.static(self.listed):
-            for k in range(self.p.filled[i]):
-                j = self.p.list[i, k]
-                o = self.p.place[1].get(j)
-                e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                rate += self.kernel.gradient(e.norm_sqr()) * self.q.corrected(i, e).dot(
-                    v - values.get(j)
-                )
-            for k in range(self.p.filled[i], self.p.filled[i] + self.p.beside[i]):
-                rate += self.wall_rate(i, self.p.list[i, k], q, v)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, q, ox, oy, self.reach)
-                    for j in range(first, last):
-                        o = self.p.place[1].get(j)
-                        e = ti.Vector([q[0] - o[0], q[1] - o[1], q[2] - o[2]])
-                        g = self.kernel.gradient(e.norm_sqr())
-                        rate += g * self.q.corrected(i, e).dot(v - values.get(j))
-                    if self.p.beside[i] > 0:
-                        first, last = self.bounds.run(self.bounds.start, q, ox, oy, self.reach)
-                        for t in range(first, last):
-                            rate += self.wall_rate(i, t, q, v)
+        for c in range(self.near.columns):
+            first, last = self.near.water(i, q, c)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                e = q - self.p.place[1].get(j).xyz
+                g = self.kernel.gradient(e.norm_sqr())
+                rate += g * self.q.corrected(i, e).dot(v - values.get(j))
+            if self.p.beside[i] > 0:
+                first, last = self.near.walls(i, q, c)
+                for k in range(first, last):
+                    rate += self.wall_rate(i, self.near.member(i, k), q, v)
         return rate
 
     @ti.func

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -219,6 +220,24 @@ class Bodies:
                     self.s.place[t] = ti.Vector([x[0], x[1], x[2], self.s.place[t][3]])
 
     @ti.func
+    def sum_counts(self):
+        """Sum what samples count, two numbers each, in their groups. Data in: samples."""
+        for k in range(self.most):
+            if k < self.groups[None]:
+                total = ti.Vector([0.0, 0.0])
+                for s in range(self.group[k][1], self.group[k][2]):
+                    total += self.s.count[s]
+                self.count_sum[k] = total
+
+    @ti.func
+    def counted(self, b) -> Any:
+        """Return the sum of what the samples of a body count, see `sum_counts`."""
+        total = ti.Vector([0.0, 0.0])
+        for k in range(self.first[b][0], self.first[b][1]):
+            total += self.count_sum[k]
+        return total
+
+    @ti.func
     def apply_impulse(self, b):
         """Apply the impulses of one iteration to one body."""
         force = ti.Vector([0.0, 0.0, 0.0], dt=ti.f64)
@@ -250,13 +269,12 @@ class BodyNeighbourCount:
         bodies: data out: their neighbour counts.
         particles: data in: sorted places.
         smoothing: the kernel.
-        pressure: whose lists and walks are used.
+        grid: cells of the particles.
     """
 
-    def __init__(self, bodies: Bodies, particles: Particles, smoothing: Smoothing, grid: Any):
+    def __init__(self, bodies: Bodies, particles: Particles, smoothing: Smoothing, grid: Grid):
         self.b, self.s, self.p, self.g = bodies, bodies.s, particles, bodies.g
-        self.kernel, self.grid = smoothing, grid
-        self.listed = particles.longest > 0
+        self.kernel, self.near = smoothing, Near(particles, bodies.s, grid, None)
 
     @ti.func
     def count(self):
@@ -271,35 +289,18 @@ class BodyNeighbourCount:
                 x = ti.Vector([o[0], o[1], o[2]])
                 force = ti.Vector([0.0, 0.0, 0.0])
                 total = 0.0
-                if self.grid.inside(x):
-                    if ti.static(self.listed):
-                        for k in range(self.s.near[s]):
-                            f = self.density_gradient(self.s.list[s, k], x) * o[3]
+                if self.near.grid.inside(x):
+                    for c in range(self.near.columns):
+                        first, last = self.near.around(s, x, c)
+                        for k in range(first, last):
+                            f = self.density_gradient(self.near.found(s, k), x) * o[3]
                             force += f
                             total += f.norm()
-                    else:
-                        for ox in range(-1, 2):
-                            for oy in range(-1, 2):
-                                first, last = self.grid.run(
-                                    self.grid.start, x, ox, oy, self.grid.support
-                                )
-                                for j in range(first, last):
-                                    f = self.density_gradient(j, x) * o[3]
-                                    force += f
-                                    total += f.norm()
                 arm = x - self.b.local_centre(self.s.body[s])
                 self.s.count[s] = ti.Vector([total, arm.cross(force).norm()])
-        for k in range(self.b.most):
-            if k < self.b.groups[None]:
-                total = ti.Vector([0.0, 0.0])
-                for s in range(self.b.group[k][1], self.b.group[k][2]):
-                    total += self.s.count[s]
-                self.b.count_sum[k] = total
+        self.b.sum_counts()
         for b in range(1, self.b.bodies + 1):
-            total = ti.Vector([0.0, 0.0])
-            for k in range(self.b.first[b][0], self.b.first[b][1]):
-                total += self.b.count_sum[k]
-            self.b.neighbour_count[b] = total
+            self.b.neighbour_count[b] = self.b.counted(b)
 
     @ti.func
     def density_gradient(self, j, x) -> Any:

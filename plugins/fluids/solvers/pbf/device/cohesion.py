@@ -9,7 +9,7 @@ from typing import Any
 from scipy.integrate import quad
 
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
-from seals.plugins.fluids.solvers.pbf.device.grid import Grid, PairSums
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near, PairSums
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -64,10 +64,10 @@ class Cohesion(PairSums):
         mass: float,
         spacing: float,
     ) -> None:
-        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.p, self.g, self.kernel = particles, numbers, smoothing
+        self.near = Near(particles, None, grid, None)
         self.strength, self.mass = tension * spacing / (TENSION * mass), mass
         self.support = grid.support
-        self.listed = particles.longest > 0
         self.factor = 32 / (math.pi * self.support**9)
         self.normal = fields.vector(3, ti.f32, particles.capacity)
 

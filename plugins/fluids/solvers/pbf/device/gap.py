@@ -3,7 +3,7 @@
 from typing import Any
 
 from seals.plugins.fluids.solvers.pbf.device.bodies import Bodies
-from seals.plugins.fluids.solvers.pbf.device.grid import Grid
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.fields import Globals, Particles, Samples
@@ -61,8 +61,8 @@ class Gap:
         spacing: float,
     ) -> None:
         self.b, self.p, self.s, self.g = bodies, particles, samples, numbers
-        self.grid, self.bounds, self.kernel = grid, bounds, smoothing
-        self.listed = particles.longest > 0
+        self.around, self.bounds = Near(particles, samples, grid, bounds), bounds
+        self.kernel = smoothing
         self.reach, self.half = REACH * spacing, 0.5 * spacing
         self.near, self.far = NEAR * spacing, min(FAR * spacing, smoothing.support)
         self.full = smoothing.lattice.press / spacing
@@ -81,29 +81,15 @@ class Gap:
                 o = self.s.place[self.s.rank[s]]
                 x = ti.Vector([o[0], o[1], o[2]])
                 total = ti.Vector([0.0, 0.0])
-                if self.grid.inside(x):
-                    if ti.static(self.listed):
-                        for k in range(self.s.near[s]):
-                            total += self.head_of(self.s.list[s, k], x)
-                    else:
-                        for ox in range(-1, 2):
-                            for oy in range(-1, 2):
-                                first, last = self.grid.run(
-                                    self.grid.start, x, ox, oy, self.grid.support
-                                )
-                                for j in range(first, last):
-                                    total += self.head_of(j, x)
+                if self.bounds.inside(x):
+                    for c in range(self.around.columns):
+                        first, last = self.around.around(s, x, c)
+                        for k in range(first, last):
+                            total += self.head_of(self.around.found(s, k), x)
                 self.s.count[s] = total
-        for k in range(self.b.most):
-            if k < self.b.groups[None]:
-                total = ti.Vector([0.0, 0.0])
-                for s in range(self.b.group[k][1], self.b.group[k][2]):
-                    total += self.s.count[s]
-                self.b.count_sum[k] = total
+        self.b.sum_counts()
         for b in range(1, self.b.bodies + 1):
-            total = ti.Vector([0.0, 0.0])
-            for k in range(self.b.first[b][0], self.b.first[b][1]):
-                total += self.b.count_sum[k]
+            total = self.b.counted(b)
             self.b.head[b] = total[0] / total[1] if total[1] > 1e-6 else NONE
 
     @ti.func
@@ -175,15 +161,10 @@ class Gap:
     def wetness(self, s, x, away) -> Any:
         """Share that particles towards the wall press with."""
         total = 0.0
-        if ti.static(self.listed):
-            for k in range(self.s.near[s]):
-                total += self.handed_on(self.s.list[s, k], x, away)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(self.grid.start, x, ox, oy, self.grid.support)
-                    for j in range(first, last):
-                        total += self.handed_on(j, x, away)
+        for c in range(self.around.columns):
+            first, last = self.around.around(s, x, c)
+            for k in range(first, last):
+                total += self.handed_on(self.around.found(s, k), x, away)
         return total / self.full
 
     @ti.func

@@ -164,36 +164,28 @@ class Grid:
 
 @ti.data_oriented
 class PairSums:
-    """Base of laws that sum over the neighbours of a particle, from stored lists or from the cells.
+    """Base of laws that sum over the neighbours of a particle.
 
-    A law has ``p`` (particles), ``grid``, ``listed`` (whether lists are stored), and
-    ``pair(i, j, q, second)``: the contribution of neighbour j to the first or the second sum of
-    particle i at q, three numbers.
+    A law has ``p`` (particles), ``near`` (its neighbours), and ``pair(i, j, q, second)``: the
+    contribution of neighbour j to the first or the second sum of particle i at q, three numbers.
     """
 
     p: Particles
-    grid: Grid
-    listed: bool
+    near: Any
     pair: Any
 
     @ti.func
     def gather(self, i, second: ti.template()) -> Any:
         """Sum over the neighbours of one particle."""
-        at = self.p.place[1].get(i)
-        q = ti.Vector([at[0], at[1], at[2]])
+        q = self.p.place[1].get(i).xyz
         s = ti.Vector([0.0, 0.0, 0.0])
-        if ti.static(self.listed):
-            for k in range(self.p.near[i]):
-                s += self.pair(i, self.p.list[i, k], q, second)
-        else:
-            for ox in range(-1, 2):
-                for oy in range(-1, 2):
-                    first, last = self.grid.run(
-                        self.grid.start, q, ox, oy, SLACK * self.grid.support
-                    )
-                    for j in range(first, last):
-                        if j != i:
-                            s += self.pair(i, j, q, second)
+        for c in range(self.near.columns):
+            first, last = self.near.water(i, q, c)
+            for k in range(first, last):
+                j = self.near.member(i, k)
+                # the particle itself is in its cell, and fills up its list
+                if j != i:
+                    s += self.pair(i, j, q, second)
         return s
 
 
@@ -208,19 +200,16 @@ class Near:
 
     Args:
         particles: their lists.
-        samples: lists of moving samples.
+        samples: lists of moving samples; None for water alone.
         grid: cells of the particles.
-        bounds: cells of the samples.
-
-    Limitations:
-        The compiler reorders sums under fast arithmetic. Gaps, counts of bodies, surface tension,
-        vorticity and the divergence have loops of their own: in this one their last digits change.
+        bounds: cells of the samples; None where no walls are looked for.
     """
 
     def __init__(
-        self, particles: Particles, samples: Samples, grid: Grid, bounds: Grid | None
+        self, particles: Particles, samples: Samples | None, grid: Grid, bounds: Grid | None
     ) -> None:
-        self.p, self.s, self.grid = particles, samples, grid
+        self.p, self.grid = particles, grid
+        self.s: Any = samples
         self.bounds: Any = bounds
         self.listed = particles.longest > 0
         self.columns = 1 if self.listed else COLUMNS

@@ -17,22 +17,13 @@ class Rows:
         self.p, self.g = particles, numbers
 
     @ti.kernel
-    def places(self, out: ti.types.ndarray(dtype=ti.f32, ndim=2)):
-        """Write the places, relative to the domain's lower corner [m]."""
+    def write(self, values: ti.template(), out: ti.types.ndarray(dtype=ti.f32, ndim=2)):
+        """Write the first three numbers of each particle in a field, by its row."""
         for i in range(self.p.capacity):
             if i < self.g.count[None]:
-                row, at = self.p.number[0][i], self.p.place[0].get(i)
+                row, value = self.p.number[0][i], values[i]
                 for k in ti.static(range(3)):
-                    out[row, k] = at[k]
-
-    @ti.kernel
-    def velocities(self, out: ti.types.ndarray(dtype=ti.f32, ndim=2)):
-        """Write the velocities [m/s]."""
-        for i in range(self.p.capacity):
-            if i < self.g.count[None]:
-                row, v = self.p.number[0][i], self.p.velocity[0].get(i)
-                for k in ti.static(range(3)):
-                    out[row, k] = v[k]
+                    out[row, k] = value[k]
 
     @ti.kernel
     def move(self, given: ti.types.ndarray(dtype=ti.f32, ndim=2)):

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from seals.plugins.fluids.solvers.pbf.device.grid import Grid, PairSums
+from seals.plugins.fluids.solvers.pbf.device.grid import Grid, Near, PairSums
 from seals.plugins.fluids.solvers.pbf.device.kernels import Smoothing
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles
 from seals.plugins.fluids.solvers.pbf.language import ti
@@ -43,9 +43,9 @@ class Vorticity(PairSums):
         strength: float,
         spacing: float,
     ) -> None:
-        self.p, self.grid, self.g, self.kernel = particles, grid, numbers, smoothing
+        self.p, self.g, self.kernel = particles, numbers, smoothing
+        self.near = Near(particles, None, grid, None)
         self.strength = strength * spacing
-        self.listed = particles.longest > 0
         self.curl = fields.vector(4, ti.f32, particles.capacity)
 
     @ti.func
