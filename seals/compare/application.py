@@ -138,6 +138,10 @@ def read_logs(settings: CompareSettings) -> list[Log]:
             "reader is null: there is nothing to read the log with.\nChoose one: seals list reader"
         )
     sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
+    published = getattr(getattr(settings.reader, "dataset", None), "logs", ())
+    if published and not any(sources) and not getattr(settings.reader, "path", ""):
+        # an unknown name is refused before anything is fetched
+        matching("only", settings.only, published, what="log")
     logs: list[Log] = []
     for source in sources:
         logs += logs_by(settings.reader, source)

@@ -65,6 +65,7 @@ class Dataset:
         note: how the offline files differ from the public ones.
         files: what it consists of.
         meta: what its logs have in common of vehicle, surroundings, sensors (``meta.yaml``).
+        logs: names of its logs, where they are not those of its files.
     """
 
     folder: str
@@ -75,6 +76,7 @@ class Dataset:
     note: str = ""
     files: tuple[DataFile, ...] = ()
     meta: Mapping[str, Any] = field(default_factory=dict)
+    logs: tuple[str, ...] = ()
 
     def address(self, file: DataFile) -> str:
         """Return the public address of a file."""
@@ -109,7 +111,8 @@ def read_dataset(package: str, folder: str) -> Dataset:
     entry = dict(_described(package)[folder])
     listed = {"sha256": None}
     entries = tuple(DataFile(path=p, **(listed | f)) for p, f in entry.pop("files").items())
-    return Dataset(folder=folder, files=entries, **entry)
+    named = tuple(entry.pop("logs", ()))
+    return Dataset(folder=folder, files=entries, logs=named, **entry)
 
 
 @cache

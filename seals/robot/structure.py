@@ -268,6 +268,12 @@ def _joint(where: str, joint: Element, *, endless: bool) -> None:
         if element is None or not element.get("link"):
             raise RobotError(f"{where} has no {end} link.\nGive it: <{end} link=...>.")
     kind = joint.get("type", "")
+    if kind in ("floating", "planar"):
+        raise RobotError(
+            f"{where} has the type '{kind}', between two bodies.\n"
+            "Make it fixed, or import the bodies as robots of their own. Only a floating joint "
+            f"from a bare 'world' to the base is left out.  Allowed: {', '.join(JOINT_TYPES)}"
+        )
     refuse_unlisted(kind, JOINT_TYPES, f"{where} has the type '{kind}'", error=RobotError)
     _origin(where, joint)
     axis, limit = joint.find("axis"), joint.find("limit")
