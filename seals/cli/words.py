@@ -95,8 +95,8 @@ def _refuse_drawing(verb: str, words: Sequence[str]) -> None:
         key, _, value = word.partition("=")
         if key.lstrip("-") == "urdf":
             raise ConfigError(
-                f"{word}: seals {verb} takes a robot, which is a folder, and no URDF.\n"
-                f"Make one of the file: seals new robot NAME urdf={value or after or 'FILE'}"
+                f"{word}: seals {verb} takes a robot folder, not a URDF.\n"
+                f"Make one from the file: seals new robot NAME urdf={value or after or 'FILE'}"
             )
 
 

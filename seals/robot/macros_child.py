@@ -132,7 +132,7 @@ def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, .
     except OSError:
         return  # to be reported by who opens it
     if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
-        why = f"it is no ordinary file of up to {MOST_BYTES:,} bytes"
+        why = f"it is not an ordinary file of up to {MOST_BYTES:,} bytes"
         raise PermissionError(errno.EACCES, why, str(name))
 
 

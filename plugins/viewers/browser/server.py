@@ -67,10 +67,10 @@ class Door:
             >>> door.refusal("/a/", "localhost:80", None)
             ''
             >>> door.refusal("/a/", "evil.example", None)
-            "'evil.example' is no name of this machine"
+            "'evil.example' is not a name of this machine"
         """
         if not names_this_machine(host, self.host):
-            return f"{host[:80]!r} is no name of this machine"
+            return f"{host[:80]!r} is not a name of this machine"
         if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
             return f"{origin[:80]!r} is another page"
         given = path.partition("?")[0].split("/")[1] if path.startswith("/") else ""
