@@ -76,7 +76,7 @@ def main(path: str, *given: str) -> str:
     except Exception as cause:  # whatever its expressions raise, which are a stranger's
         return json.dumps({"refused": _words(cause)})
     if len(text) > MOST_BYTES:
-        return json.dumps({"refused": f"it expands to {len(text):,} signs"})
+        return json.dumps({"refused": f"it expands to {len(text):,} characters"})
     return json.dumps({"urdf": text})
 
 

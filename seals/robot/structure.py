@@ -181,7 +181,7 @@ def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
         if not name.isprintable() or "${" in name or len(name) > _MOST_NAME:
             raise RobotError(
                 f"{where}: a {element.tag} is named '{printable(name[:60])}'.\n"
-                f"Allowed: up to {_MOST_NAME} printable signs on one line, without '${{'."
+                f"Allowed: up to {_MOST_NAME} printable characters on one line, without '${{'."
             )
     for kind, elements in (("link", links), ("joint", joints)):
         _unique(where, kind, elements)

@@ -201,7 +201,7 @@ def _free(host: str, port: int) -> int:
         raise _no_address(host) from cause
     except PermissionError as cause:
         raise ConfigError(
-            f"port={port} may not be listened on.\nAllowed: 1024 to 65535, or 0 for any"
+            f"port={port} cannot be listened on.\nAllowed: 1024 to 65535, or 0 for any"
         ) from cause
     except OSError as cause:
         if "address already in use" in str(cause).lower():
