@@ -113,8 +113,8 @@ def _map_draft(names: Sequence[str]) -> str:
     """Return the begin of a map of columns, with the one that looks like the time.
 
     Example:
-        >>> _map_draft(["Time", "gx"])[:70]
-        "Name the columns in a file, map=FILE.yaml:  reader: csv, columns: {Tim"
+        >>> _map_draft(["Time", "gx"]).partition(", NAME")[0]
+        'Name the columns in a file, map=FILE.yaml:  reader: csv, columns: {Time: t'
     """
     clock = next((name for name in names if _TIMES.fullmatch(name)), "NAME_OF_TIME")
     shown = ", ".join(names[:24])
