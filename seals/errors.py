@@ -134,7 +134,7 @@ def nearest(name: str, allowed: Iterable[str]) -> str | None:
         'quadratic_drag'
     """
     folded = {_folded(candidate): candidate for candidate in allowed}
-    hits = difflib.get_close_matches(_folded(name), folded, n=1, cutoff=0.65)
+    hits = difflib.get_close_matches(_folded(name), folded, n=1, cutoff=0.6)
     return folded[hits[0]] if hits else None
 
 
