@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Protocol, runtime_checkable
 from urllib.parse import quote
 
 from seals.errors import LogError, refuse_unlisted
@@ -99,6 +99,14 @@ class Dataset:
             stem, by_stem, f"data set '{self.folder}' has no file '{stem}'", error=LogError
         )
         return by_stem[stem]
+
+
+@runtime_checkable
+class OfDataset(Protocol):
+    """Reader of a published data set, which is fetched where no path is given."""
+
+    dataset: ClassVar[Dataset]
+    path: str
 
 
 def read_dataset(package: str, folder: str) -> Dataset:
