@@ -329,7 +329,9 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str], *, root: 
         place = f"of {scope}" if scope else "of the configuration"
         allowed = [str(name) for name in parent or () if not str(name).startswith("_")]
         if not scope:
-            groups = {name for name in recipe_groups() if root in roots_choosing(name)}
+            # a group that no verb chooses by itself, such as cameras, may be added to any
+            verbs = {name: roots_choosing(name) for name in recipe_groups()}
+            groups = {name for name, chosen in verbs.items() if root in chosen or not chosen}
             allowed = [name for name in {*allowed, "robot", *groups} if name != "hydra"]
         hint = _belongs(key, parent, allowed)
         if not (hint or allowed) and (scope in registry.GROUPS or scope in recipe_groups()):

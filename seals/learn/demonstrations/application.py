@@ -155,10 +155,7 @@ def _refuse(config: Any) -> None:
         if config[key] < 1:
             raise ConfigError(f"{key}={config[key]} is not allowed.\nAllowed: {key}=1 or more.")
     if not 0.0 <= config.noise <= 1.0:
-        raise ConfigError(
-            f"noise={config.noise} is not allowed.\nAllowed: a number from 0 to 1, of the largest "
-            "action."
-        )
+        raise ConfigError(f"noise={config.noise} is not allowed.\nAllowed: noise from 0 to 1.")
     refuse_unlisted(str(config.keep), KEEP, f"keep={config.keep} is unknown")
     if config.who not in [who.value for who in Who]:
         words = suggestion(str(config.who), [who.value for who in Who])
