@@ -289,8 +289,8 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "folder of a flag": Guard(
         "seals.cli.words",
-        "for word in joined(words):",
-        "for word in words:",
+        "whole = joined(words)",
+        "whole = list(words)",
         SMALL,
         "flag_before",
     ),

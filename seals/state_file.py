@@ -141,7 +141,7 @@ def open_regular(path: Path) -> BufferedReader:
         raise StateError(f"it cannot be opened ({cause.strerror})") from cause
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise StateError("it is no ordinary file")
+        raise StateError("it is not an ordinary file")
     return os.fdopen(descriptor, "rb")
 
 
@@ -152,7 +152,7 @@ def _read_head(raw: bytes, size: int) -> _Head:
             "commands, so that they are read no more"
         )
     if len(raw) < _HEAD.size or raw[: len(MAGIC)] != MAGIC:
-        raise StateError("it is no state written by SEALS")
+        raise StateError("it is not a state written by SEALS")
     _, version, text, arrays = _HEAD.unpack(raw)
     if version not in _READERS:
         known = ", ".join(map(str, _READERS))
@@ -231,7 +231,7 @@ def _once(pairs: list[tuple[str, Any]]) -> Mapping[str, Any]:
 
 
 def _refuse_number(word: str) -> Any:
-    raise StateError(f"its JSON text holds {word}, which is no number of JSON")
+    raise StateError(f"its JSON text holds {word}, which is not a number of JSON")
 
 
 def _finite(word: str) -> float:

@@ -326,7 +326,7 @@ def _measure(events: Any) -> None:
             _refuse_long_number(event)
         long += (event.implicit[0] or bool(event.tag)) and bool(_LONG.fullmatch(event.value))
         if long > _MOST_LONG:
-            raise ValueError(f"more than {_MOST_LONG:,} whole numbers of more than 18 signs")
+            raise ValueError(f"more than {_MOST_LONG:,} whole numbers of more than 18 digits")
 
 
 def _refuse_long_number(event: Any) -> None:

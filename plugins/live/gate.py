@@ -45,9 +45,9 @@ def refusal(head: bytes, listened: str, origins: Sequence[str]) -> str:
         fields.setdefault(name.lower(), []).append(value.strip())
     hosts, pages = fields.get("host", []), fields.get("origin", [])
     if not first.startswith("GET ") or any(not n.replace("-", "").isalnum() for n in fields):
-        return "it is no request of a WebSocket"
+        return "it is not a request of a WebSocket"
     if len(hosts) != 1 or not names_this_machine(hosts[0], listened):
-        return f"{', '.join(hosts)[:80]!r} is no name of this machine"
+        return f"{', '.join(hosts)[:80]!r} is not a name of this machine"
     web = pages and (pages[0] == "null" or pages[0].lower().startswith(("http:", "https:")))
     if len(pages) > 1 or (web and pages[0].lower() not in origins):
         return f"{', '.join(pages)[:80]!r} is another page"

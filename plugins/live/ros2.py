@@ -286,7 +286,7 @@ class LiveRos2:
         for key, value in (("node", self.node), ("namespace", self.namespace)):
             if not _NAME.fullmatch(value) and (value or key == "node"):
                 raise ConfigError(
-                    f"live.{key}={value} is no name of ROS.\nAllowed: letters, digits and _"
+                    f"live.{key}={value} is not a name of ROS.\nAllowed: letters, digits and _"
                 )
         self._messages = Messages()
         self._beat, self._pace = Beat(self.rate), Pace(self.speed)

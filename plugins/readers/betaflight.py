@@ -130,7 +130,7 @@ def _lines_before(content: bytes, given: Path) -> int:
         if line.lstrip(b'\xef\xbb\xbf" ').startswith(b"loopIteration"):
             return number
     raise LogError(
-        f"'{given}' is no table of blackbox_decode: no line begins with loopIteration.\n"
+        f"'{given}' is not a table of blackbox_decode: no line begins with loopIteration.\n"
         f"A log of Betaflight becomes one: {DECODE}"
     )
 

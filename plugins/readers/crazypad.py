@@ -55,7 +55,7 @@ class ReaderCrazypad(ReaderPublished):
         """Return one flight."""
         if path.suffix != ".parquet":
             raise LogError(
-                f"'{path}' is no table of a CrazyPAD flight.\n"
+                f"'{path}' is not a table of a CrazyPAD flight.\n"
                 "Needed is the offline form, a .parquet file with t_s and command_1..4."
             )
         table = read_parquet(path)

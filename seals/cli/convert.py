@@ -61,6 +61,8 @@ def _reader_of(place: Path) -> str:
             f"Use it as it is: {line} out=answer{own + ' out=answer' if robot else ''}; "
             "or give reader=native"
         )
+    if place.is_dir() and not any(place.iterdir()):
+        raise ConfigError(f"log={place} is an empty folder.\nGive the file or folder of a log.")
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
         "Say how: reader=csv, reader=witmotion ... See: seals list reader"

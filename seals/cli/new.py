@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from seals.cli.words import key_among
 from seals.config.overrides import override, typed
 from seals.config.refusal import own_robot
-from seals.errors import ConfigError, refuse_unlisted, suggestion
+from seals.errors import ConfigError, nearest, refuse_unlisted, suggestion
 
 if TYPE_CHECKING:
     from seals.robot.model import RobotModel
@@ -42,7 +42,8 @@ def new(arguments: list[str]) -> int:
             options[key] = [word]
     if kind not in KINDS:
         robot = f"Write: seals new robot {kind or 'NAME'} urdf=FILE.  "
-        hint = (robot if "urdf" in options else "") + suggestion(kind, KINDS, label="Kinds")
+        meant = "urdf" in options and nearest(kind, KINDS) is None
+        hint = (robot if meant else "") + suggestion(kind, KINDS, label="Kinds")
         what = f"'{kind}' is not a kind that can be made" if kind else "no kind is given"
         raise ConfigError(f"{what}.\n{hint}")
     if kind in ("robot", *PLUGINS) and len(words) != 2:

@@ -6,6 +6,8 @@ A robot, a log, a run, a diagnosis, a policy or a model is given by position or 
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -36,6 +38,8 @@ _ENDINGS: Mapping[str, tuple[str, ...]] = {
 """Endings of files, by key."""
 _NOUNS = {"repeat": "run", "resume": "training"}
 """What a value is, where the key does not say it."""
+_NUMBER = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?|\[.*\]|true|false")
+"""What follows a key that stands apart from its value."""
 _MANY = ("log",)
 """Keys that take a list."""
 
@@ -62,14 +66,16 @@ def with_keys(verb: str, takes: Sequence[str], words: Sequence[str]) -> list[str
             f"{' '.join(words)}: '=' stands apart from its key.\nWrite it without spaces: KEY=VALUE"
         )
     refuse_cut(words)
+    _refuse_drawing(verb, words)
     refuse_unknown_flags(joined(words))
     found: list[str] = []
     lists: dict[str, list[str]] = {}
-    for word in joined(words):
+    whole = joined(words)
+    for word, after in itertools.zip_longest(whole, whole[1:], fillvalue=""):
         if "=" in word or not word or word.startswith(("-", "~")):
             found.append(word)
             continue
-        key = key_among(takes, word) or _unseen(verb, takes, word)
+        key = key_among(takes, word) or _unseen(verb, takes, word, after)
         given = value_of(words, key)
         if given is not None or (key in lists and key not in _MANY):
             other = lists[key][0] if given is None else given
@@ -77,6 +83,21 @@ def with_keys(verb: str, takes: Sequence[str], words: Sequence[str]) -> list[str
         lists.setdefault(key, []).append(word)
     values = {key: many[0] if len(many) == 1 else many for key, many in lists.items()}
     return [*(override(key, value) for key, value in values.items()), *found]
+
+
+def _refuse_drawing(verb: str, words: Sequence[str]) -> None:
+    """Refuse a URDF where a robot is wanted.
+
+    Raises:
+        ConfigError: with the command that makes a robot of it.
+    """
+    for word, after in itertools.zip_longest(words, words[1:], fillvalue=""):
+        key, _, value = word.partition("=")
+        if key.lstrip("-") == "urdf":
+            raise ConfigError(
+                f"{word}: seals {verb} takes a robot folder, not a URDF.\n"
+                f"Make one from the file: seals new robot NAME urdf={value or after or 'FILE'}"
+            )
 
 
 def key_among(takes: Iterable[str], word: str) -> str:
@@ -120,7 +141,7 @@ def names_of(key: str) -> list[str]:
     return [*kinds, *(path.stem for path in recipe_groups().get(key, []))]
 
 
-def _unseen(verb: str, takes: Sequence[str], word: str) -> str:
+def _unseen(verb: str, takes: Sequence[str], word: str, after: str = "") -> str:
     """Return the key of a word that nothing here has the name of, where there is but one.
 
     Raises:
@@ -135,9 +156,14 @@ def _unseen(verb: str, takes: Sequence[str], word: str) -> str:
             f"Did you mean {word.replace(':', '=', 1)}?"
         )
     near = [f"{key}={name}" for key in takes for name in close_names(word, names_of(key))]
-    hint = f"Did you mean {' or '.join(near[:4])}?  " if near else ""
     *nouns, last = (_NOUNS.get(key, key) for key in takes)
+    hints = [f"Did you mean {' or '.join(near[:4])}?"] if near else []
+    if re.fullmatch(r"[A-Za-z_][\w.]*", word):
+        value = after if _NUMBER.fullmatch(after) else "VALUE"
+        hints.append(f"If it is a key, give its value: {word}={value}.")
+    elif not near:
+        hints.append("Give a folder or a file that is there, or a name.")
     raise ConfigError(
-        f"{word}: the value is missing, and no {', '.join(nouns)} or {last} has this name.\n"
-        f"{hint}Write {word}=VALUE for a key, and see: seals help {verb}"
+        f"{word}: no {', '.join(nouns)} or {last} has this name, and nothing here is called so.\n"
+        f"{'  '.join(hints)}  See: seals help {verb}"
     )

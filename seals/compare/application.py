@@ -22,6 +22,7 @@ from seals.compare.variants import ModelVariant, fit_variants
 from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
+from seals.logs.datasets import OfDataset
 from seals.logs.reader import logs_by
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
@@ -138,6 +139,10 @@ def read_logs(settings: CompareSettings) -> list[Log]:
             "reader is null: there is nothing to read the log with.\nChoose one: seals list reader"
         )
     sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
+    reader = settings.reader
+    if isinstance(reader, OfDataset) and reader.dataset.logs and not (any(sources) or reader.path):
+        # an unknown name is refused before anything is fetched
+        matching("only", settings.only, reader.dataset.logs, what="log")
     logs: list[Log] = []
     for source in sources:
         logs += logs_by(settings.reader, source)

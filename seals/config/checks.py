@@ -97,7 +97,7 @@ def refuse_growth(config: Any) -> None:
     total = _Sizes(tree).of((), 0)
     if total > MOST:
         raise ConfigError(
-            f"the configuration has {total:.3g} signs with its references filled in.\n"
+            f"the configuration has {total:.3g} characters with its references filled in.\n"
             f"Allowed: {MOST:,}. One that holds two others, and so on, grows without end"
         )
 

@@ -143,8 +143,8 @@ def refuse_dangerous(
     """
     if sum(map(len, words)) > MOST_SIGNS:
         raise ConfigError(
-            f"{where} holds words of {sum(map(len, words)):,} signs, allowed are {MOST_SIGNS:,}.\n"
-            f"{remedy}"
+            f"{where} holds words of {sum(map(len, words)):,} characters, "
+            f"allowed are {MOST_SIGNS:,}.\n{remedy}"
         )
     for word in words:
         if _DANGER.search(word) or not ("=" in word or word.startswith("~")):

@@ -119,6 +119,17 @@ def _group_of(option: str, group: str) -> str | None:
     return next((name for name in sorted(found) if name != group), None)
 
 
+def _options_of(group: str) -> set[str]:
+    """Return the names that a group may be set to.
+
+    Example:
+        >>> "airy" in _options_of("wave")
+        True
+    """
+    kinds = registry.names(group) if group in registry.GROUPS else []
+    return {*kinds, *(path.stem for path in recipe_groups().get(group, []))}
+
+
 def _verbs_with(key: str) -> list[str]:
     """Return the verbs of which a name is a key by itself.
 
@@ -162,7 +173,7 @@ _WORDS = {
 _LIST = "Allowed: a list in brackets, for instance [a,b]"
 _SLIP = 0.8
 """Likeness from which a key is a mistyped one of its own section [1]."""
-_FEW = 3
+_FEW = 7
 """Most verbs that are named for a key that is theirs."""
 
 
@@ -247,7 +258,7 @@ def _explain(error: BaseException, overrides: Sequence[str], *, root: str) -> Se
         return _missing_option(str(missing), list(getattr(error, "options", None) or []))
     keyed = next((link for link in chain if getattr(link, "full_key", None)), None)
     if keyed is not None:
-        return _keyed(keyed, str(error), overrides)
+        return _keyed(keyed, str(error), overrides, root=root)
     return _by_words(str(error), overrides, root=root)
 
 
@@ -296,7 +307,7 @@ def _missing_option(path: str, options: list[str]) -> SealsError:
     return ConfigError(f"{group}={name} does not exist.\n{hint}")
 
 
-def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsError:
+def _keyed(cause: BaseException, outer: str, overrides: Sequence[str], *, root: str) -> SealsError:
     """Explain an error about one key: unknown, of a wrong type, or without value."""
     from omegaconf.errors import (
         ConfigAttributeError,
@@ -318,8 +329,14 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str]) -> SealsE
         place = f"of {scope}" if scope else "of the configuration"
         allowed = [str(name) for name in parent or () if not str(name).startswith("_")]
         if not scope:
-            allowed = [name for name in {*allowed, "robot", *recipe_groups()} if name != "hydra"]
-        hint = _belongs(key, parent, allowed) or suggestion(key, allowed)
+            # a group that no verb chooses by itself, such as cameras, may be added to any
+            verbs = {name: roots_choosing(name) for name in recipe_groups()}
+            groups = {name for name, chosen in verbs.items() if root in chosen or not chosen}
+            allowed = [name for name in {*allowed, "robot", *groups} if name != "hydra"]
+        hint = _belongs(key, parent, allowed)
+        if not (hint or allowed) and (scope in registry.GROUPS or scope in recipe_groups()):
+            hint = f"Choose one first: {scope}=NAME.  {suggestion('', _options_of(scope))}"
+        hint = hint or suggestion(key, allowed)
         return ConfigError(f"{shown}: '{key}' is not a key {place}{origin}.\n{hint}")
     if isinstance(cause, MissingMandatoryValue):
         return ConfigError(f"{full_key} has no value{origin}.\nGive it: {full_key}=VALUE")
@@ -440,6 +457,12 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
         r"The value of '([^']+)' is (.*) and not (.*)\.",
         "~{0}={2}: the value is {1}",
         "To remove the key whatever its value, write ~{0}",
+    ),
+    (
+        r"Error merging override ([^=\s]+)=(\S*)",
+        "{0}={1} is not allowed: it has not the shape of this value",
+        "A list of places or rows has brackets of its own for each: {0}=[[0,0,1],[1,0,1]]; to see "
+        "the default: seals {root} --cfg job",
     ),
     (
         r"does not support sweep type : (\w+)",

@@ -100,7 +100,7 @@ def priority_weights(priority: Sequence[str], rows: Sequence[int]) -> Floats:
         rows: numbers of the wanted axes.
 
     Raises:
-        ConfigError: a name is no axis, or stands twice.
+        ConfigError: a name is not an axis, or stands twice.
 
     Example:
         >>> priority_weights(["yaw", "surge+sway"], (0, 1, 5))
@@ -110,7 +110,7 @@ def priority_weights(priority: Sequence[str], rows: Sequence[int]) -> Floats:
     named = [name for rank in ranks for name in rank]
     for name in named:
         if name not in AXES or named.count(name) > 1:
-            what = "stands twice" if name in AXES else "is no axis"
+            what = "stands twice" if name in AXES else "is not an axis"
             raise ConfigError(
                 f"priority={list(priority)}: '{name}' {what}.\n"
                 f"{suggestion(name, AXES)}  Write [roll+pitch,yaw,heave,surge+sway]."

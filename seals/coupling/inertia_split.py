@@ -302,7 +302,7 @@ class InertiaSplit:
             matrix = added.matrix.numbers
             if matrix is None:
                 raise ConfigError(
-                    f"effects.{b.name}: an added inertia that is no constant times a weight is "
+                    f"effects.{b.name}: an added inertia that is not a constant times a weight is "
                     "not known to this engine"
                 )
             part = added.weight * xp.asarray(self._unit(b.name, matrix, b.links))

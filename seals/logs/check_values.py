@@ -244,6 +244,22 @@ _CLIPPED_RUN = 3
 _CLIPPED_JUMP = 20.0
 
 
+_MEANT = {
+    "gyro": "angular_velocity",
+    "gyr": "angular_velocity",
+    "rates": "angular_velocity",
+    "acc": "specific_force",
+    "accel": "specific_force",
+    "quat": "orientation",
+    "quaternion": "orientation",
+    "attitude": "orientation",
+    "pos": "position",
+    "motor": "motor_pwm",
+    "x": "position_x",
+    "y": "position_y",
+    "z": "position_z",
+}
+"""Names that other programs give a channel of ours."""
 _EULER = " With roll and pitch it makes the attitude: axes.euler=ZYX, or another order."
 
 
@@ -264,7 +280,7 @@ def _channels(log: Log) -> list[Finding]:
     for stem in log.channels():
         known = CHANNELS.get(stem)
         if known is None:
-            close = nearest(stem, CHANNELS)
+            close = _MEANT.get(stem.casefold()) or nearest(stem, CHANNELS)
             hint = f" Did you mean '{close}'?" if close else ""
             hint = _EULER if stem == "yaw" else hint
             text = f"not a known channel; it is carried along and not used.{hint}"

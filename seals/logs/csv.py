@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,11 +11,16 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError
 from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.column_map import ColumnMap
 from seals.logs.log import Log
 from seals.logs.table import read_csv_columns
+
+_TIMES = re.compile(
+    r"(time|stamp|sec|clock|date)\w*|\w*(time|stamp)s?|t_?(s|ms|us)?", re.IGNORECASE
+)
+"""Names that columns of time have."""
 
 
 def read_csv(
@@ -77,8 +83,7 @@ def log_of_columns(
     mapping = chosen.columns
     if "t" not in mapping.values():
         raise LogError(
-            f"'{path}': no column is mapped to the time 't' [s].\nSay which: columns={{name: t}}. "
-            + suggestion("t", mapping, label="Mapped now")
+            f"'{path}': no column is mapped to the time 't' [s].\n{_map_draft([*mapping])}"
         )
     chosen.refuse_stray()
     clock = next(theirs for theirs, ours in mapping.items() if ours == "t")
@@ -101,4 +106,20 @@ def log_of_columns(
         meta=known,
         source=str(path),
         licence=licence,
+    )
+
+
+def _map_draft(names: Sequence[str]) -> str:
+    """Return the begin of a map of columns, with the one that looks like the time.
+
+    Example:
+        >>> _map_draft(["Time", "gx"]).partition(", NAME")[0]
+        'Name the columns in a file, map=FILE.yaml:  reader: csv, columns: {Time: t'
+    """
+    clock = next((name for name in names if _TIMES.fullmatch(name)), "NAME_OF_TIME")
+    shown = ", ".join(names[:24])
+    return (
+        f"Name the columns in a file, map=FILE.yaml:  reader: csv, columns: {{{clock}: t, NAME: "
+        "position_x, NAME: angular_velocity_x, ...}  (docs/logs.md, A map).  "
+        f"Columns there: {shown}"
     )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Protocol, runtime_checkable
 from urllib.parse import quote
 
 from seals.errors import LogError, refuse_unlisted
@@ -65,6 +65,7 @@ class Dataset:
         note: how the offline files differ from the public ones.
         files: what it consists of.
         meta: what its logs have in common of vehicle, surroundings, sensors (``meta.yaml``).
+        logs: names of its logs, where they are not those of its files.
     """
 
     folder: str
@@ -75,6 +76,7 @@ class Dataset:
     note: str = ""
     files: tuple[DataFile, ...] = ()
     meta: Mapping[str, Any] = field(default_factory=dict)
+    logs: tuple[str, ...] = ()
 
     def address(self, file: DataFile) -> str:
         """Return the public address of a file."""
@@ -99,6 +101,14 @@ class Dataset:
         return by_stem[stem]
 
 
+@runtime_checkable
+class OfDataset(Protocol):
+    """Reader of a published data set, which is fetched where no path is given."""
+
+    dataset: ClassVar[Dataset]
+    path: str
+
+
 def read_dataset(package: str, folder: str) -> Dataset:
     """Return a data set that the ``datasets.yaml`` of a package of readers describes.
 
@@ -109,7 +119,8 @@ def read_dataset(package: str, folder: str) -> Dataset:
     entry = dict(_described(package)[folder])
     listed = {"sha256": None}
     entries = tuple(DataFile(path=p, **(listed | f)) for p, f in entry.pop("files").items())
-    return Dataset(folder=folder, files=entries, **entry)
+    named = tuple(entry.pop("logs", ()))
+    return Dataset(folder=folder, files=entries, logs=named, **entry)
 
 
 @cache

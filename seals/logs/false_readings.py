@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.arrays import Floats
 from seals.logs.channels import CHANNELS, columns_of
 from seals.logs.log import Log
 from seals.logs.resample import one_sign
@@ -73,15 +74,20 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
                 said.append(f"{stem} was held for {seconds:.3g} s from t = {begin:.4g} s: left out")
         else:
             continue
-        for name in columns_of(stem, log.columns):
-            columns[name] = np.where(same, np.nan, columns[name])
+        _without(columns, stem, same)
     for stem in (s for s in _POSE if log.has(s)):
         false = _leaps(log, stem)
         if false.any():
             said.append(f"{stem} leaps away and back in {false.sum()} rows: left out")
-        for name in columns_of(stem, log.columns):
-            columns[name] = np.where(false, np.nan, columns[name])
+        _without(columns, stem, false)
     return replace(log, columns=columns), said
+
+
+def _without(columns: dict[str, Floats], stem: str, rows: NDArray[np.bool_]) -> None:
+    """Take the samples of some rows from the components of a channel that the log has."""
+    for name in columns_of(stem, columns):
+        if name in columns:
+            columns[name] = np.where(rows, np.nan, columns[name])
 
 
 def _leaps(log: Log, stem: str) -> NDArray[np.bool_]:

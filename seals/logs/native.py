@@ -53,6 +53,12 @@ def read_native(folder: str | Path) -> Log:
     foreign = foreign_log(place)
     if foreign:
         raise LogError(f"{foreign}.\nThey were mixed: take the log from where it was written.")
+    if not (place / "meta.yaml").exists():
+        raise LogError(
+            f"'{place}' holds no meta.yaml beside {table.name}.\n"
+            "Let it be written, with a map of the columns: "
+            f"seals convert log={table} map=FILE.yaml out=FOLDER"
+        )
     meta = read_meta(place / "meta.yaml")
     columns = read_parquet(table) if table.suffix == ".parquet" else read_csv_columns(table)
     segment = _segment(table, columns.pop("segment", None))
@@ -82,7 +88,7 @@ def read_meta(path: str | Path) -> dict[str, Any]:
     if meta.get("format") != FORMAT:
         raise LogError(
             f"'{path}': format is '{meta.get('format')}'.\nAllowed: format: {FORMAT}, "
-            f"format_version: {FORMAT_VERSION}"
+            f"format_version: {FORMAT_VERSION}; seals convert writes both (docs/formats.md)"
         )
     version = meta.get("format_version")
     if version != FORMAT_VERSION or isinstance(version, bool):

@@ -76,7 +76,7 @@ def main(path: str, *given: str) -> str:
     except Exception as cause:  # whatever its expressions raise, which are a stranger's
         return json.dumps({"refused": _words(cause)})
     if len(text) > MOST_BYTES:
-        return json.dumps({"refused": f"it expands to {len(text):,} signs"})
+        return json.dumps({"refused": f"it expands to {len(text):,} characters"})
     return json.dumps({"urdf": text})
 
 
@@ -132,7 +132,7 @@ def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, .
     except OSError:
         return  # to be reported by who opens it
     if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
-        why = f"it is no ordinary file of up to {MOST_BYTES:,} bytes"
+        why = f"it is not an ordinary file of up to {MOST_BYTES:,} bytes"
         raise PermissionError(errno.EACCES, why, str(name))
 
 

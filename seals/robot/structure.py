@@ -181,7 +181,7 @@ def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
         if not name.isprintable() or "${" in name or len(name) > _MOST_NAME:
             raise RobotError(
                 f"{where}: a {element.tag} is named '{printable(name[:60])}'.\n"
-                f"Allowed: up to {_MOST_NAME} printable signs on one line, without '${{'."
+                f"Allowed: up to {_MOST_NAME} printable characters on one line, without '${{'."
             )
     for kind, elements in (("link", links), ("joint", joints)):
         _unique(where, kind, elements)
@@ -268,6 +268,12 @@ def _joint(where: str, joint: Element, *, endless: bool) -> None:
         if element is None or not element.get("link"):
             raise RobotError(f"{where} has no {end} link.\nGive it: <{end} link=...>.")
     kind = joint.get("type", "")
+    if kind in ("floating", "planar"):
+        raise RobotError(
+            f"{where} has the type '{kind}', between two bodies.\n"
+            "Make it fixed, or import the bodies as robots of their own. Only a floating joint "
+            f"from a bare 'world' to the base is left out.  Allowed: {', '.join(JOINT_TYPES)}"
+        )
     refuse_unlisted(kind, JOINT_TYPES, f"{where} has the type '{kind}'", error=RobotError)
     _origin(where, joint)
     axis, limit = joint.find("axis"), joint.find("limit")

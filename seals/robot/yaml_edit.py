@@ -51,7 +51,7 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
         value: what stands behind it.
 
     Raises:
-        ConfigError: what stands above it is no mapping.
+        ConfigError: what stands above it is not a mapping.
     """
     root = _root(text)
     above = _found(root, path[:-1]) if path[:-1] and holds(text, path[:-1]) else None
@@ -61,7 +61,7 @@ def with_entry(text: str, path: Sequence[str], value: str) -> str:
         start = text if text.endswith("\n") or not text else f"{text}\n"
         return f"{start}{key}: {inner}\n"
     if _kind(above) != "mapping" or not (above.value or above.flow_style):
-        raise _by_hand(path[:-1], "is no mapping")
+        raise _by_hand(path[:-1], "is not a mapping")
     if above.flow_style:
         at = above.end_mark.index - 1
         comma = ", " if above.value else ""

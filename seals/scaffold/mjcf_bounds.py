@@ -94,7 +94,7 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
     for element in tree.iter():
         if element.tag in _REFUSED:
             raise RobotError(
-                f"MJCF {path} holds a <{element.tag}>, which is no rigid link.\n"
+                f"MJCF {path} holds a <{element.tag}>, which is not a rigid link.\n"
                 "Allowed: bodies, joints, geoms and actuators; write them out."
             )
     bodies = sum(1 for _ in tree.iter("body"))

@@ -68,7 +68,7 @@ def _places(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Pat
         parts = urlparse(name.replace("\\", "/"))
     except ValueError as cause:
         raise MissingMesh(
-            f"mesh '{name[:80]}' of {urdf} is no address: {cause}.\n"
+            f"mesh '{name[:80]}' of {urdf} is not an address: {cause}.\n"
             "Allowed: a path, package://NAME/PATH, model://NAME/PATH or file://PATH"
         ) from cause
     scheme, package = parts.scheme, parts.netloc

@@ -142,7 +142,7 @@ def _expand(
         if found.elements > _MOST_PARTS:
             raise RobotError(
                 f"SDF {path} includes too much: above {_MOST_PARTS:,} elements.\n"
-                "Leave out what is no part of the robot."
+                "Leave out what is not part of the robot."
             )
         own.set("name", include.findtext("name") or own.get("name") or file.parent.name)
         # override a model's pose by that of its `<include>`, and add the plug-ins of the latter

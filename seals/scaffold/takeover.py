@@ -26,11 +26,22 @@ from seals.scaffold.mjcf_bounds import with_parts
 from seals.scaffold.plug_ins import Stated, stated_of
 from seals.scaffold.sdf import urdf_of_sdf
 from seals.scaffold.sdf_includes import with_includes
-from seals.scaffold.urdf import ENDLESS, WORLD, Element, UrdfDraft, end_of, fix, mass_of, number_or
+from seals.scaffold.urdf import (
+    ENDLESS,
+    WORLD,
+    Element,
+    UrdfDraft,
+    cylinder_element,
+    end_of,
+    fix,
+    mass_of,
+    number_or,
+)
 from seals.untrusted_io import plain_xml, read_text
 
 _MOST_NEAR = 40
 _OWN = ("link", "joint", "material")
+_SHAPED = ("visual", "collision")
 _ENDINGS = (".urdf", ".xacro", ".sdf", ".mjcf")
 
 
@@ -97,7 +108,18 @@ class Takeover(UrdfDraft):
         elif tree.tag == "mujoco":
             urdf, changes, self.stated, self._texts = urdf_of_mjcf(self.path, tree, self.packages)
         else:
-            if _evened(tree):
+            freed = _freed(tree)
+            if freed:
+                self.changes.append(
+                    f"floating joint {', '.join(freed)} to the world left out: a base is free"
+                )
+            capsules = _uncapped(tree)
+            if capsules:
+                self.changes.append(
+                    f"{capsules} capsule(s) became cylinders of equal radius and volume: "
+                    "a URDF has none"
+                )
+            if _evened(tree) or freed or capsules:
                 text = ElementTree.tostring(tree, encoding="unicode")
             check_structure(self.path, text, endless=True)
             self.unused = left_out(tree)
@@ -294,6 +316,39 @@ _OTHER = {
     "404:": _PAGE,
 }
 """Beginnings of what is often downloaded in place of a robot file."""
+
+
+def _freed(root: Element) -> list[str]:
+    """Remove floating joints that lead from a bare world frame to the base; return their names.
+
+    A base of SEALS is free by itself, so such a joint says nothing.
+    """
+    draft = UrdfDraft(root)
+    out: list[str] = []
+    for name, joint in draft.joints.items():
+        parent = end_of(joint, "parent")
+        beside = [j for j in draft.joints.values() if end_of(j, "parent") == parent]
+        if joint.get("type") != "floating" or parent not in draft.bases or len(beside) != 1:
+            continue
+        frame = draft.links[parent]
+        if mass_of(frame) > 0.0 or any(frame.find(tag) is not None for tag in _SHAPED):
+            continue
+        root.remove(joint)
+        root.remove(frame)
+        out.append(f"'{name}'")
+    return out
+
+
+def _uncapped(root: Element) -> int:
+    """Write capsules, which some programs read in a URDF, as cylinders; return how many."""
+    count = 0
+    for geometry in root.iter("geometry"):
+        for shape in geometry.findall("capsule"):
+            radius, length = (number_or(shape.get(key), 0.0) for key in ("radius", "length"))
+            geometry.remove(shape)
+            geometry.append(cylinder_element(radius, length, capped=True))
+            count += 1
+    return count
 
 
 def _evened(root: Element) -> bool:

@@ -36,6 +36,6 @@ class TeleopSettings(RunSettings):
     """
 
     device: DeviceKind = DeviceKind.keyboard
-    script: str = ""
+    script: str | None = None
     speed: float = setting(1.0, "1", bounds=(0.01, 100.0), source="chosen")
     export: list[Export] = field(default_factory=list)

@@ -148,7 +148,7 @@ def test_an_answer_sets_no_path(
     paths = {"velocity_x": Role.read}
     monkeypatch.setattr("seals.sysid.validation.application.roles_of", lambda kind: paths)
     assert main(["add", "diagnosis=diagnosis.json", "name=both", "choose=wind"]) == 2
-    assert "the diagnosis sets velocity_x of Wind, which is no data" in capsys.readouterr().err
+    assert "the diagnosis sets velocity_x of Wind, which is not data" in capsys.readouterr().err
     assert not Path("models").exists()
 
 

@@ -229,7 +229,7 @@ def test_an_autopilot_that_never_speaks_is_refused(link: ArduPilot) -> None:
         (["protocol=ardupilott"], "protocol"),
         (["controller=station"], "controller=station takes no autopilot"),
         (["host=203.0.113.1"], "cannot be listened on"),
-        (["peer=here"], "peer=here is no address"),
+        (["peer=here"], "peer=here is not an address"),
     ],
 )
 def test_a_mistyped_session_is_refused(

@@ -55,7 +55,7 @@ def test_groups_and_patterns_mean_what_is_stated() -> None:
     assert asked("effects.linear_drag_air") == [DRAG[:-1] + axis for axis in "xyz"]
     assert asked("actuators.*", THRUST)[0] == THRUST
     assert len(asked("actuators.*", THRUST)) == 3
-    # the log states no quadratic part of the angular drag: zero is no number to calibrate
+    # the log states no quadratic part of the angular drag: zero is not a number to calibrate
     drags = asked("effects.*")
     assert "effects.angular_drag_any.coefficient_x" in drags
     assert not [name for name in drags if "angular_drag_any.quadratic" in name]

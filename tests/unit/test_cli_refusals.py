@@ -37,7 +37,7 @@ WRONG = [
     ),
     ("run ROBOT effects.hull_drag.medium=watr", "medium=watr", "Did you mean 'water'?"),
     ("run ROBOT time.step=[1", "time.step=[1 cannot be read", "not closed"),
-    ("run ROBOT time.step", "time.step: the value is missing", "Write time.step=VALUE"),
+    ("run ROBOT time.step", "time.step: no experiment", "give its value: time.step=VALUE"),
     ("run repeat=old hydra.run.dir=./old", "is the folder of the run itself", "Name another"),
     ("run ROBOT time.step=", "time.step=", "a finite number"),
     (

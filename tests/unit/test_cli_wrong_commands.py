@@ -64,7 +64,7 @@ FIFTY = [
     # a missing '=', brackets, key or value
     ("run robot:ball", "robot:ball", "Did you mean robot=ball?"),
     ("run robot = ball", "'=' stands apart", "KEY=VALUE"),
-    ("run robot=ball time.duration 2", "the value is missing", "Write time.duration=VALUE"),
+    ("run robot=ball time.duration 2", "time.duration: no experiment", "value: time.duration=2."),
     ("run -robot ball", "no flag -robot", "robot="),
     ("calibrate log=hidden_effect/flight_a parameters=mass", "parameters=mass", "=[mass]"),
     ("new robot x", "urdf is not given", "seals new robot x urdf=FILE"),
@@ -79,6 +79,28 @@ FURTHER = [
     ("render run film=gif", "neither true nor false", "Allowed: true, false"),
     # a key of another verb
     ("diagnose log=hidden_effect/flight_a span=[1,2]", "'span'", "a key of seals convert"),
+    ("run robot=ball log=run", "'log' is not a key", "a key of seals add or seals calibrate"),
+    ("diagnose log=hidden_effect/flight_a tolerance=3", "'tolerance'", "Allowed: actuators, "),
+    ("run robot=ball wave.amplitude=1", "not a key of wave", "Choose one first: wave=NAME.  Allo"),
+    # a name that nothing has, with the nearest, and a place that cannot be a key
+    ("diagnose hidden_effect/flight_c", "no log, experiment", "log=hidden_effect/flight_b?  See:"),
+    ("view some/place", "nothing here is called so", "Give a folder or a file that is there"),
+    ("describe", "nothing is named", "seals describe KIND NAME"),
+    ("new robbot x urdf=hexa.urdf", "'robbot' is not a kind", "Did you mean 'robot'?"),
+    ("compare experiment=falling_balls only=[golf]", "no log is called 'golf'", "'golf_ball'?"),
+    ("record env=reach episodes=-1", "episodes=-1 is not", "episodes=1 or more"),
+    ("run --urdf my.urdf", "seals run takes a robot", "seals new robot NAME urdf=my.urdf"),
+    ("check urdf=my.urdf", "seals check takes a robot", "seals new robot NAME urdf=my.urdf"),
+    # a list of places without brackets of its own
+    (
+        "run robot=hexacopter controller=cascade guide=waypoints guide.places=[0,0,1]",
+        "guide.places=[0,0,1] is not allowed",
+        "guide.places=[[0,0,1],[1,0,1]]",
+    ),
+    # a table without a map, without a time, without a sample, and an empty folder
+    ("convert log=stamped.csv out=e", "no column is mapped to the time", "columns: {time: t, NAME"),
+    ("convert log=hollow.csv map=map.yaml out=e", "time stamps are not finite", "seals help"),
+    ("convert log=empty out=e", "log=empty is an empty folder", "file or folder of a log"),
     # an empty file, a header alone, a kind that its bytes belie, a list for a map
     ("convert log=empty.csv out=e", "'empty.csv' is empty", "complete copy"),
     ("convert log=header.csv out=e", "has no rows", "rows of numbers"),
@@ -101,6 +123,9 @@ def desk(elsewhere: Path) -> Path:
     (elsewhere / "a.csv").write_text("t,x\n0,1\n0.1,2\n", encoding="utf-8")
     (elsewhere / "empty.csv").touch()
     (elsewhere / "header.csv").write_text("t,position_x\n", encoding="utf-8")
+    (elsewhere / "stamped.csv").write_text("time,x\n0,1\n0.1,2\n", encoding="utf-8")
+    (elsewhere / "hollow.csv").write_text("t,x\n" + 50 * "nan,nan\n", encoding="utf-8")
+    (elsewhere / "map.yaml").write_text("reader: csv\ncolumns: {t: t, x: position_x}\n", "utf-8")
     (elsewhere / "list.yaml").write_text("- 1\n", encoding="utf-8")
     (elsewhere / "keys.yaml").write_text("a: [", encoding="utf-8")
     (elsewhere / "hexa.urdf").write_text("<robot name='x'><link name='a'/></robot>", "utf-8")

@@ -131,7 +131,7 @@ def test_ranks_become_weights_in_equal_ratios() -> None:
     six = priority_weights(["yaw", "pitch", "roll", "heave", "sway", "surge"], range(6))
     assert six[5] == 1.0
     assert six[0] == pytest.approx(1e-3)
-    with pytest.raises(ConfigError, match="'heeve' is no axis") as refusal:
+    with pytest.raises(ConfigError, match="'heeve' is not an axis") as refusal:
         priority_weights(["heeve"], range(6))
     assert "heave" in str(refusal.value)
     with pytest.raises(ConfigError, match="'yaw' stands twice"):

@@ -33,10 +33,10 @@ REQUEST = b"GET / HTTP/1.1\r\nHost: 127.0.0.1:%d\r\n%s\r\n"
         ("Host: localhost:8765\r\nOrigin: http://localhost:8765", "another page"),
         ("Host: localhost:8765\r\nOrigin: null", "another page"),
         ("Host: localhost\r\nOrigin: file://\r\nOrigin: http://evil.example", "another page"),
-        ("Host: evil.example", "no name of this machine"),
-        ("Host: localhost\r\nHost: evil.example", "no name of this machine"),
-        ("Accept: */*", "no name of this machine"),
-        ("Host: localhost\r\n Origin: http://evil.example", "no request of a WebSocket"),
+        ("Host: evil.example", "not a name of this machine"),
+        ("Host: localhost\r\nHost: evil.example", "not a name of this machine"),
+        ("Accept: */*", "not a name of this machine"),
+        ("Host: localhost\r\n Origin: http://evil.example", "not a request of a WebSocket"),
     ],
 )
 def test_the_gate_asks_who_it_is(fields: str, said: str) -> None:

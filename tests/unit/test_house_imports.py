@@ -86,7 +86,7 @@ def test_nothing_heavy_at_module_level() -> None:
 
 
 def layers(page: str) -> list[list[str]]:
-    """Read the layers of the core from the page on architecture, the highest first."""
+    """Read the layers of the core from the page on packages, the highest first."""
     listed = page.partition("compares this list with the sources:\n\n```text\n")[2]
     block = listed.partition("```")[0]
     return [line.split() for line in block.splitlines()]
@@ -148,7 +148,7 @@ def layer_breaches(root: Path, order: list[list[str]]) -> list[str]:
 
 def test_the_core_has_layers() -> None:
     """Every package and top module lies in one layer, and imports lead to lower ones only."""
-    order = layers((ROOT / "docs" / "architecture.md").read_text(encoding="utf-8"))
+    order = layers((ROOT / "docs" / "architecture_packages.md").read_text(encoding="utf-8"))
     assert sorted(part for row in order for part in row) == sorted(core_parts(ROOT))
     assert layer_breaches(ROOT, order) == []
 

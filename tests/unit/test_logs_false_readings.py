@@ -94,3 +94,11 @@ def test_what_a_vehicle_may_do_is_no_leap(what: str) -> None:
     thin, said = without_false_readings(log_of(place))
     assert said == []
     assert np.isfinite(thin.columns["position_x"]).all()
+
+
+def test_a_vector_of_one_component_is_thinned_alike() -> None:
+    """Of a position of which a table has x alone, x alone loses its repeated rows."""
+    spin = {f"angular_velocity_{a}": np.sin(TIME + k) for k, a in enumerate("xyz")}
+    log = Log(name="x", columns={"t": TIME, "position_x": np.full(ROWS, np.nan), **spin})
+    thin, _ = without_false_readings(log)
+    assert sorted(thin.columns) == sorted(log.columns)

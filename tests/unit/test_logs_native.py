@@ -107,5 +107,5 @@ def test_missing_pieces_are_named(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"neither log\.parquet nor log\.csv"):
         read_native(tmp_path)
     (tmp_path / "log.csv").write_text(CSV)
-    with pytest.raises(LogError, match=r"meta\.yaml' does not exist"):
+    with pytest.raises(LogError, match=r"holds no meta\.yaml"):
         read_native(tmp_path)

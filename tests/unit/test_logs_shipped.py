@@ -100,7 +100,7 @@ def spoil(flight: Path, how: str) -> None:
     ("how", "words"),
     [
         ("no table", "holds neither log.parquet nor log.csv"),
-        ("no meta", "meta.yaml' does not exist"),
+        ("no meta", "'flight' holds no meta.yaml beside log."),
         ("truncated", "not a valid Parquet file"),
         ("no vehicle", "meta.yaml holds no 'vehicle'"),
         ("heavy", "vehicle.mass: meta.yaml says 'heavy'; give a number above 0"),

@@ -156,7 +156,7 @@ def test_arrays_link_by_link() -> None:
     ("index", "row"), [(0.0, 0), (2.0, 2), (-1.0, 0), (9.0, 2), (np.inf, 2), (np.nan, 0)]
 )
 def test_a_table_is_never_left(index: float, row: int) -> None:
-    """An index beyond a table, or one that is no number, reads the nearest row of it."""
+    """An index beyond a table, or one that is not a number, reads the nearest row of it."""
     values = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
     law = RowKernel(lambda x: [take(Table(values), x, axis=0)], [(1,)])
     assert law([np.array([index])])[0].tolist() == [values[row].tolist()]

@@ -7,19 +7,36 @@ from typing import Any
 
 from seals.report import Code, Section, Table
 from seals.report.page import page
+from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.report.words import first_answers
+from seals.sysid.report.words import alike_words, first_answers, headline
 from seals.sysid.residual_force.signature import Signature
 
 HELD = {"stated": 6.648, "before": 2.002, "after": 0.987, "noise_floor": 1.0}
+
+
+def claim_of(
+    name: str, confidence: float, rivals: tuple[str, ...] = (), alike: tuple[str, ...] = ()
+) -> Claim[Any]:
+    """A claim of an effect beside names that fit as well, and those that nearly do."""
+    model: Any = SimpleNamespace(candidates=[SimpleNamespace(name=name)])
+    return Claim(
+        hypothesis=model,
+        index=0,
+        confidence=confidence,
+        rivals=rivals,
+        alike=(*rivals, *alike),
+        shared=float(len(rivals)),
+    )
 
 
 def answers(
     verdict: Verdict, effects: list[dict[str, Any]], mark: Signature, *, missing: bool
 ) -> dict[str, str]:
     """The answers of a diagnosis of one log."""
+    claims = [claim_of(e["name"], e["confidence"]) for e in effects]
     found: Any = SimpleNamespace(
-        answer=SimpleNamespace(verdict=verdict, claims=effects), logs=("flight",)
+        answer=SimpleNamespace(verdict=verdict, claims=claims), logs=("flight",)
     )
     place: Any = SimpleNamespace(
         signature=mark, residual=SimpleNamespace(missing=missing), regimes=()
@@ -36,7 +53,7 @@ def test_a_named_effect_says_where_and_when_it_acts() -> None:
     mark = Signature(sentences=(), frame="world", along="world z", media=("air",))
     told = answers(Verdict.named, [effect], mark, missing=True)
     assert told["what"] == "payload, 97 %"
-    assert told["where"] == "force along world z, constant in the world"
+    assert told["where"] == "force mostly along world z, constant in the world"
     assert told["when"] == "from 8.00 s, in air"
     assert list(told.values())[-1] == "6.65 → 2 → 0.987"
 
@@ -56,3 +73,22 @@ def test_commands_wrap_and_intervals_do_not() -> None:
     style = text[: text.index("</style>")]
     assert "white-space: pre-wrap" in style[style.index("pre {") :].split("}")[0]
     assert "nowrap" in style[style.index(".right {") :].split("}")[0]
+
+
+def test_names_of_equal_weight_are_told_as_equal() -> None:
+    """A further effect that two names explain as well is one of both, not nearly one of them."""
+    claims = [
+        claim_of("wind", 0.999, alike=("tether",)),
+        claim_of("payload", 0.49, rivals=("inertia",)),
+    ]
+    answer = SimpleNamespace(verdict=Verdict.named, claims=claims)
+    found: Any = SimpleNamespace(answer=answer, logs=("flight",))
+    effects = [{"name": c.name, "confidence": c.confidence} for c in claims]
+    assert headline(found, {"effects": effects}) == (
+        "The model lacks wind (more than 99 % confident) and payload or inertia (98 % confident "
+        "that it is one of them)."
+    )
+    assert alike_words(found) == [
+        "Explains the log nearly as well as wind, not quite excluded: tether.",
+        "This log cannot tell apart: payload, inertia. Each explains it equally well.",
+    ]

@@ -174,7 +174,7 @@ def test_only_ordinary_files_of_the_folder_are_read(
         "folder": (kept / name).mkdir,
     }
     make[kind]()
-    with pytest.raises(ConfigError, match=r"no ordinary file|cannot be opened"):
+    with pytest.raises(ConfigError, match=r"an ordinary file|cannot be opened"):
         take_up(kept, flown)
 
 

@@ -122,13 +122,13 @@ HOSTILE: dict[str, tuple[dict[str, str], str]] = {
         "scale='1e-300 1 1'",
     ),
     "a flat mesh": ({"r": URDF.format(MESH.format("a.obj", "1 1 1")), "a.obj": FLAT}, "is flat"),
-    "a mesh with a corner that is no number": (
+    "a mesh with a corner that is not a number": (
         {"r": URDF.format(MESH.format("a.obj", "1 1 1")), "a.obj": OBJ.replace("1", "nan", 1)},
         "is flat",
     ),
     "an address that is none": (
         {"r": URDF.format(MESH.format("package://[/a.stl", "1 1 1"))},
-        "is no address",
+        "is not an address",
     ),
     "a text that is not there": (
         {"r": URDF.format(MESH.format("compiled://../../a", "1 1 1"))},

@@ -507,3 +507,30 @@ def test_a_boat_of_ten_metres_has_the_drag_of_its_hull(tmp_path: Path) -> None:
     (tmp_path / "it.urdf").write_text(text, encoding="utf-8")
     made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
     assert made.robot.mass.sum() == 15000.0
+
+
+FREE = (
+    '<robot name="r"><link name="world">{}</link><link name="b"><collision><geometry>'
+    '<capsule radius="0.1" length="0.3"/></geometry></collision>' + MASS.format(1) + "</link>"
+    '<joint name="j" type="floating"><parent link="world"/><child link="b"/></joint></robot>'
+)
+
+
+def test_a_floating_joint_to_the_world_is_left_out(elsewhere: Path) -> None:
+    """The base is free without it; a capsule keeps its radius and volume as a cylinder."""
+    (elsewhere / "r.urdf").write_text(FREE.format(""), encoding="utf-8")
+    lines = "\n".join(scaffold_robot("free", Path("r.urdf"), parent=elsewhere).changes)
+    assert "floating joint 'j' to the world left out" in lines
+    assert "1 capsule(s) became cylinders" in lines
+    settings = yaml.safe_load((elsewhere / "free" / "robot.yaml").read_text(encoding="utf-8"))
+    assert settings["fixed_base"] is False
+    shape = settings["hulls"]["b"]["shapes"][0]
+    assert shape["type"] == "cylinder"
+    assert shape["size"] == pytest.approx([0.1, 0.3 + 4.0 / 3.0 * 0.1])
+
+
+def test_a_floating_joint_between_bodies_is_refused(elsewhere: Path) -> None:
+    """A parent with mass is a second body, which no robot has."""
+    (elsewhere / "r.urdf").write_text(FREE.format(MASS.format(1)), encoding="utf-8")
+    with pytest.raises(RobotError, match=r"type 'floating', between two bodies.*\n.*own"):
+        scaffold_robot("free", Path("r.urdf"), parent=elsewhere)

@@ -73,7 +73,7 @@ def test_long_words_of_a_note_are_refused_at_once() -> None:
     begin = time.monotonic()
     assert main(["run", "resume=sweep"]) == 2
     assert time.monotonic() - begin < 20.0
-    with pytest.raises(ConfigError, match="holds words of 40,000 signs"):
+    with pytest.raises(ConfigError, match="holds words of 40,000 characters"):
         refuse_dangerous(["a=" + "b" * 19_998] * 2, where="a card", remedy="Look.")
 
 

@@ -252,7 +252,7 @@ def test_a_sparse_file_is_not_read_whole(file: Path) -> None:
 def test_a_file_cut_short_is_refused(cut: int, file: Path) -> None:
     """Wherever the end is."""
     file.write_bytes(file.read_bytes()[:cut])
-    with pytest.raises(StateError, match=r"no state written|it declares"):
+    with pytest.raises(StateError, match=r"not a state written|it declares"):
         read_state(file, "test")
 
 
@@ -287,7 +287,7 @@ def test_only_ordinary_files_are_opened(file: Path, tmp_path: Path) -> None:
         with pytest.raises(StateError, match="cannot be opened"):
             read_state(place, "test")
     for place in (pipe, tmp_path, Path("/dev/zero")):
-        with pytest.raises(StateError, match="no ordinary file"):
+        with pytest.raises(StateError, match="not an ordinary file"):
             read_state(place, "test")
 
 

@@ -329,6 +329,15 @@ def test_a_missing_safetensors_names_its_extra(
     assert not (tmp_path / "runs").exists()
 
 
+def test_without_a_script_a_person_flies(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Left out, ``script=`` is no empty one: a window opens, and the session ends as it says."""
+    pytest.importorskip("pygame", reason="the window needs aam-seals[teleop]")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    assert main(["teleop", "robot=crazyflie", "time.duration=0.2", "out=flown"]) == 0
+    assert (tmp_path / "flown" / "keys.csv").exists()
+
+
 def test_a_missing_pygame_names_its_extra() -> None:
     """A keyboard without pygame-ce is refused with the extra and the way round."""
 

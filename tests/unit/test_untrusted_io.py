@@ -184,7 +184,7 @@ def test_hostile_yaml_is_refused_quickly(name: str) -> None:
 
 
 def test_ordinary_merges_and_texts_are_read() -> None:
-    """Merge keys count when they are few; a long text is no number."""
+    """Merge keys count when they are few; a long text is not a number."""
     assert plain_yaml("a: &a {x: 1}\nb: {<<: *a, y: 2}") == {"a": {"x": 1}, "b": {"x": 1, "y": 2}}
     assert plain_yaml("a: " + "word " * 200)["a"] == ("word " * 200).strip()
     assert plain_yaml("a: '" + "1" * 500 + "'")["a"] == "1" * 500

@@ -62,7 +62,7 @@ def test_another_page_is_refused(origin: str) -> None:
 def test_another_name_is_refused(host: str) -> None:
     """A name that was made to lead here is not this machine's."""
     door = Door("127.0.0.1", token=TOKEN)
-    assert "is no name of this machine" in door.refusal(PATH, host, None)
+    assert "is not a name of this machine" in door.refusal(PATH, host, None)
 
 
 @pytest.mark.parametrize("path", FOREIGN_PATHS)

@@ -241,7 +241,7 @@ def _surfaces_of(robot: RobotModel) -> list[Surface]:
     """Return the contact coefficients of every link: stated in the model, else URDF, else default.
 
     Raises:
-        RobotError: a coefficient in the URDF is no number.
+        RobotError: a coefficient in the URDF is not a number.
     """
     stated = {
         link.get("name", ""): link.find("contact")
@@ -267,7 +267,7 @@ def _value(robot: RobotModel, link: str, element: ElementTree.Element) -> float:
         return float(element.get("value", ""))
     except ValueError as cause:
         raise RobotError(
-            f"URDF {robot.urdf}: link '{link}': <{element.tag}> is no number.\n"
+            f"URDF {robot.urdf}: link '{link}': <{element.tag}> is not a number.\n"
             f'Write <{element.tag} value="0.5"/>.'
         ) from cause
 

@@ -67,10 +67,10 @@ class Door:
             >>> door.refusal("/a/", "localhost:80", None)
             ''
             >>> door.refusal("/a/", "evil.example", None)
-            "'evil.example' is no name of this machine"
+            "'evil.example' is not a name of this machine"
         """
         if not names_this_machine(host, self.host):
-            return f"{host[:80]!r} is no name of this machine"
+            return f"{host[:80]!r} is not a name of this machine"
         if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
             return f"{origin[:80]!r} is another page"
         given = path.partition("?")[0].split("/")[1] if path.startswith("/") else ""
@@ -201,7 +201,7 @@ def _free(host: str, port: int) -> int:
         raise _no_address(host) from cause
     except PermissionError as cause:
         raise ConfigError(
-            f"port={port} may not be listened on.\nAllowed: 1024 to 65535, or 0 for any"
+            f"port={port} cannot be listened on.\nAllowed: 1024 to 65535, or 0 for any"
         ) from cause
     except OSError as cause:
         if "address already in use" in str(cause).lower():

@@ -144,11 +144,11 @@ def _before(config: Any) -> Demonstrations | None:
 
 def _refuse(config: Any) -> None:
     """Refuse invalid numbers and words of a recording, and paths that are taken."""
-    if config.episodes < 1 or config.most < 1 or not 0.0 <= config.noise <= 1.0:
-        raise ConfigError(
-            f"episodes={config.episodes}, most={config.most}, noise={config.noise} is not "
-            "allowed.\nAllowed: episodes=1 or more, most=1 or more, noise from 0 to 1."
-        )
+    for key in ("episodes", "most"):
+        if config[key] < 1:
+            raise ConfigError(f"{key}={config[key]} is not allowed.\nAllowed: {key}=1 or more.")
+    if not 0.0 <= config.noise <= 1.0:
+        raise ConfigError(f"noise={config.noise} is not allowed.\nAllowed: noise from 0 to 1.")
     refuse_unlisted(str(config.keep), KEEP, f"keep={config.keep} is unknown")
     if config.who not in [who.value for who in Who]:
         words = suggestion(str(config.who), [who.value for who in Who])

@@ -169,7 +169,7 @@ def _joints(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
         parent = joint.get("parent") or (made[-1].child if made else "base")
         if parent not in known or name in known:
             raise LogError(
-                f"vehicle.arm: '{name}' hangs on '{parent}', which is no link before it, or has "
+                f"vehicle.arm: '{name}' hangs on '{parent}', which is not a link before it, or has "
                 "the name of another link.\n"
                 "List every link once, under a name of its own, behind the link that carries it."
             )

@@ -112,7 +112,7 @@ def read_vehicle(
         said = " ".join(f"{type(cause).__name__}: {cause}".split())[:200]
         raise LogError(
             f"meta.yaml describes no vehicle that can be understood ({said}).\n"
-            "See the description of the native log format, or give the robot: robot=FOLDER"
+            "Give the robot, robot=NAME or robot=FOLDER, or correct the file: docs/formats.md"
         ) from cause
 
 
@@ -204,8 +204,8 @@ def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     part = meta.get(name)
     if not isinstance(part, Mapping):
         raise LogError(
-            f"meta.yaml holds no '{name}'.\nA diagnosis needs vehicle, environment, baseline, "
-            "sensors and tolerance; see the description of the native log format."
+            f"meta.yaml holds no '{name}'.\nGive the robot, robot=NAME or robot=FOLDER, or state "
+            "vehicle, environment, baseline, sensors and tolerance in it: docs/formats.md"
         )
     return part
 

@@ -232,7 +232,7 @@ def _floats(log: Log, vehicle: Vehicle, thrusts: Floats, layout: DriveLayout) ->
     total = np.abs(thrusts).sum(axis=1)
     on = np.isfinite(total) & (total > 0.0)
     if not on.any():
-        raise LogError(f"log '{log.name}' is no flight: its drives never run.\n{_NEXT}.")
+        raise LogError(f"log '{log.name}' is not a flight: its drives never run.\n{_NEXT}.")
     height, level = _place(log)[on, 2], vehicle.environment.water_level
     if level is not None and vehicle.hull is not None and np.isfinite(height).any():
         above = level - float(np.nanmedian(height))
@@ -259,7 +259,7 @@ def _legs(log: Log, thrusts: Floats, *, floats: bool) -> list[NDArray[np.int64]]
             top = float(np.nanquantile(height, 0.95)) - floor
             if top < _LEAST_HEIGHT:
                 raise LogError(
-                    f"log '{log.name}' is no flight: it never leaves the ground by "
+                    f"log '{log.name}' is not a flight: it never leaves the ground by "
                     f"{_LEAST_HEIGHT:g} m.\n{_NEXT}; height is position_z, or estimated_position_z."
                 )
             on &= height >= floor + _FLOWN * top
@@ -268,7 +268,7 @@ def _legs(log: Log, thrusts: Floats, *, floats: bool) -> list[NDArray[np.int64]]
     legs = [part for part in parts if part.size and float(np.ptp(time[part])) >= _SHORTEST]
     if not legs:
         raise LogError(
-            f"log '{log.name}' is no flight: it never flies for {_SHORTEST:g} s.\n{_NEXT}."
+            f"log '{log.name}' is not a flight: it never flies for {_SHORTEST:g} s.\n{_NEXT}."
         )
     return legs
 

@@ -149,7 +149,7 @@ def _charts(
             y_label=f"residual [{unit}]" if unit else "residual",
             series=(zero, *rest),
             marks=(Mark(at=0.0, label="", level=True),),
-            note="A right model stays within the grey band and shows no pattern.",
+            note="A correct model stays within the grey band and shows no pattern.",
         ),
     )
 

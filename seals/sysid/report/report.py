@@ -21,6 +21,7 @@ from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
 from seals.sysid.report.table import Entry, ranking
 from seals.sysid.report.tolerances import Moved, moved, tolerance_chart
 from seals.sysid.report.words import (
+    alike_words,
     explanation,
     first_answers,
     headline,
@@ -162,13 +163,7 @@ def _summary(
     if rows:
         head = ["value of", "fitted", "90 % interval"]
         blocks.append(Table(head=head, rows=rows, right=(1, 2)))
-    for names in data["ambiguous_with"]:
-        text = (
-            f"This log cannot tell apart: {', '.join(names)}."
-            if verdict is Verdict.ambiguous
-            else f"Explains the log nearly as well, not quite excluded: {', '.join(names[1:])}."
-        )
-        blocks.append(Paragraph(text=text, tone="warn"))
+    blocks += [Paragraph(text=text, tone="warn") for text in alike_words(diagnosis)]
     blocks.append(Paragraph(text="What to do next: " + " ".join(words)))
     if commands:
         blocks.append(Code(text=commands))

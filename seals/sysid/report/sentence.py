@@ -48,7 +48,12 @@ def sentence(found: Diagnosis) -> str:
         when = f" {when}," if when else ","
         lines.append(f"  {effect['name']}{when} confidence {100 * effect['confidence']:.0f} %")
         lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
-    lines += [f"  cannot be told from: {', '.join(s[1:])}" for s in table["ambiguous_with"]]
+    for claim in answer.claims:
+        rest = [name for name in claim.alike if name not in claim.rivals]
+        if claim.rivals and verdict is Verdict.named:
+            lines.append(f"  {claim.name} cannot be told from: {', '.join(claim.rivals)}")
+        if rest:
+            lines.append(f"  nearly as good as {claim.name}, not excluded: {', '.join(rest)}")
     return "\n".join([*lines, *wrong, *beside, *error_lines(table)]) + _by_log(found, table)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from seals.config.overrides import typed
 from seals.sysid.candidates.activity import active_words
+from seals.sysid.decision.answer import Claim
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.naming import effect_words, figure, interval, percent
@@ -15,6 +16,7 @@ from seals.sysid.report.sentence import calibration_of, given_by, turned_words
 from seals.sysid.report.tolerances import moved
 from seals.sysid.residual_force import Formula, Localisation
 from seals.sysid.scores.excitation import best_gains
+from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 _STRAINED = 1.5
 """Tolerances beyond which a data sheet value is mentioned."""
@@ -24,9 +26,10 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     """Return the verdict in one sentence with its confidence."""
     verdict, effects = diagnosis.answer.verdict, data["effects"]
     if verdict is Verdict.named:
+        claims = diagnosis.answer.claims
         parts = [
-            f"{e['name']}{_when(diagnosis, e)} ({percent(e['confidence'])} confident)"
-            for e in effects
+            f"{_or(c)}{_when(diagnosis, e)} ({_sure(c)})"
+            for c, e in zip(claims, effects, strict=True)
         ]
         return f"The model lacks {joined(parts)}."
     if verdict is Verdict.ambiguous:
@@ -40,6 +43,36 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     if verdict is Verdict.nothing_missing:
         return "Nothing is missing: the model explains the log within noise and tolerances."
     return "The log cannot be used."
+
+
+def _or(claim: Claim[EvidenceHypothesis]) -> str:
+    """Return the name of an effect, with those that explain the log as well."""
+    return " or ".join([claim.name, *claim.rivals])
+
+
+def _sure(claim: Claim[EvidenceHypothesis]) -> str:
+    """Return the confidence in an effect, or in the set of those that share its place."""
+    if claim.rivals:
+        return f"{percent(claim.confidence_of_set)} confident that it is one of them"
+    return f"{percent(claim.confidence)} confident"
+
+
+def alike_words(diagnosis: Diagnosis) -> list[str]:
+    """Return what else explains the log: names of equal weight, and those nearly as good."""
+    out = []
+    for claim in diagnosis.answer.claims:
+        rest = [name for name in claim.alike if name not in claim.rivals]
+        if claim.rivals:
+            out.append(
+                f"This log cannot tell apart: {', '.join([claim.name, *claim.rivals])}. Each "
+                "explains it equally well."
+            )
+        if rest:
+            out.append(
+                f"Explains the log nearly as well as {claim.name}, not quite excluded: "
+                f"{', '.join(rest)}."
+            )
+    return out
 
 
 def first_answers(
@@ -59,11 +92,15 @@ def first_answers(
     verdict, held, effects = diagnosis.answer.verdict, data["held_out_error"], data["effects"]
     claimed = bool(diagnosis.answer.claims)
     what = " / ".join(f"{e['name']}, {percent(e['confidence'])}" for e in effects)
+    if verdict is Verdict.named:
+        parts = (f"{_or(c)}, {percent(c.confidence_of_set)}" for c in diagnosis.answer.claims)
+        what = " / ".join(parts)
     answers = {"what": what if claimed else verdict.value.replace("_", " ")}
     mark = missing.signature
     if mark.along:
         held_in = f", constant in the {mark.frame}" if mark.frame != "neither" else ""
-        answers["where"] = f"force along {mark.along}{held_in}"
+        # the axis with most of its power: a drag or a wind acts along the others too
+        answers["where"] = f"force mostly along {mark.along}{held_in}"
     elif verdict is not Verdict.nothing_missing and channels:
         worst = max(channels, key=lambda name: channels[name]["before"])
         answers["where"] = f"seen in {worst}, {channels[worst]['before']:.2g} × expected"

@@ -96,7 +96,7 @@ def _refuse_more_than_data(overlay: Overlay) -> None:
         for name, role in roles_of(kind).items():
             if role is not Role.data and getattr(part, name) != getattr(kind(), name):
                 raise ConfigError(
-                    f"the diagnosis sets {name} of {kind.__name__}, which is no data.\n"
+                    f"the diagnosis sets {name} of {kind.__name__}, which is not data.\n"
                     "Diagnose the log again; answers set data only."
                 )
 

@@ -172,13 +172,13 @@ def allowed_peer(address: str | None) -> str | None:
     """Return the address that an autopilot shall have, as it was told.
 
     Raises:
-        ConfigError: it is no address.
+        ConfigError: it is not an address.
     """
     try:
         return None if address is None else str(ipaddress.IPv4Address(address))
     except ValueError as error:
         raise ConfigError(
-            f"peer={address} is no address.\n"
+            f"peer={address} is not an address.\n"
             "Allowed: that of the machine of the autopilot, such as peer=203.0.113.7"
         ) from error
 
@@ -246,7 +246,7 @@ def read_track(path: Path) -> Track:
     names = [f"channel_{k + 1}" for k in range(len(found))]
     if not len(times) or not np.all(np.diff(times) > 0.0) or set(names) != set(found) or not found:
         raise ConfigError(
-            f"script {path} is no table of outputs.\n"
+            f"script {path} is not a table of outputs.\n"
             f"Allowed: {OUTPUTS} of a flight by seals autopilot: t rising, channel_1, channel_2 ..."
         )
     return Track(times, np.stack([found[name] for name in names], axis=1))
