@@ -51,6 +51,9 @@ def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any
             "spin_down": layout.fall[k],
             "max_speed" if kind == ROTOR else "max_force": layout.limit[k],
             "thrust_coefficient": layout.thrust_coefficient[k],
+            # turning counter-clockwise pushes the body clockwise
+            "direction": -1.0 if layout.reaction_coefficient[k] > 0.0 else 1.0,
+            "torque_coefficient": abs(layout.reaction_coefficient[k]),
         }
         for k, kind in enumerate(layout.kind)
     ]
