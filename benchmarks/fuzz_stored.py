@@ -83,7 +83,7 @@ def _run_folder(*more: str) -> Path:
 def _run(name: str) -> Target:
     from seals.view import open_replay
 
-    kept = (".hydra/config.yaml", "run.json", "meta.yaml", "log.parquet", "vehicle.urdf")
+    kept = (".hydra/config.yaml", "run.json", "meta.yaml", "log.parquet")
     return _of_folder(_run_folder(), name, open_replay, kept)
 
 

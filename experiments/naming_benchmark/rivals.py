@@ -25,6 +25,8 @@ from seals.experiments.naming_benchmark.answers import (
     stlsq_of_pysindy,
 )
 from seals.logs.log import Log
+from seals.schema import plain
+from seals.sysid.data.robot_description import stated_robot
 
 OURS, STLSQ, STEPWISE, MUJOCO = "SEALS", "pysindy_STLSQ", "statsmodels_stepwise", "mujoco_sysid"
 NEEDS = {STLSQ: "pysindy", STEPWISE: "statsmodels"}
@@ -83,7 +85,7 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
     Raises:
         ConfigError: the interpreter does not give an answer.
     """
-    vehicle = log.meta["vehicle"]
+    vehicle = stated_robot(log.meta)
     if not vehicle.get("rotors") or log.meta["environment"].get("water_level") is not None:
         return None
     script = Path(__file__).with_name("mujoco_sysid.py")
@@ -93,8 +95,8 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
         table = np.column_stack([log.time, *columns.values()])
         head = ",".join(("t", *columns))
         np.savetxt(place / "log.csv", table, delimiter=",", header=head, comments="", fmt="%.9g")
-        told = {key: log.meta[key] for key in ("vehicle", "baseline", "sensors")}
-        (place / "vehicle.json").write_text(json.dumps(told), encoding="utf-8")
+        told = {key: log.meta[key] for key in ("baseline", "sensors")} | {"vehicle": vehicle}
+        (place / "vehicle.json").write_text(json.dumps(plain(told)), encoding="utf-8")
         words = [python, str(script), "--log", folder]
         try:
             done = subprocess.run(

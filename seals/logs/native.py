@@ -1,9 +1,11 @@
-"""The native log folder: ``log.parquet`` or ``log.csv``, ``meta.yaml``, ``vehicle.urdf``."""
+"""The native log folder: ``log.parquet`` or ``log.csv``, ``meta.yaml``, ``robot/``."""
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,8 +14,9 @@ from seals.errors import LogError, SealsError, refuse_unlisted
 from seals.logs.atomic import atomic_folder, write_table, write_text, write_yaml
 from seals.logs.clock import CLOCK, in_seconds, tell
 from seals.logs.log import Integers, Log
-from seals.logs.run_folder import foreign_log
+from seals.logs.run_folder import ROBOT, foreign_log
 from seals.logs.table import read_csv_columns, read_parquet
+from seals.schema import read
 from seals.untrusted_io import read_yaml
 
 FORMAT = "hidden-effect-log"
@@ -21,6 +24,7 @@ FORMAT = "hidden-effect-log"
 FORMAT_VERSION = 1
 TABLES = ("log.parquet", "log.csv")
 """File names of the table, the preferred one first."""
+_FOLDER = "folder"
 _URDF = "vehicle.urdf"
 _SIDE = ("source", "licence")
 
@@ -79,7 +83,7 @@ def read_native(folder: str | Path) -> Log:
 
 
 def read_meta(path: str | Path) -> dict[str, Any]:
-    """Read and check ``meta.yaml``.
+    """Read and check ``meta.yaml``, and the robot in the folder ``robot/`` beside it.
 
     Raises:
         LogError: it is not a plain mapping, or of another format or version.
@@ -96,7 +100,46 @@ def read_meta(path: str | Path) -> dict[str, Any]:
             f"'{path}': format_version is '{version}', this program reads version "
             f"{FORMAT_VERSION}.\nA newer log needs a newer seals; an older one must be converted."
         )
+    # only the log's own folder is read, whatever its metadata name
+    meta.pop(ROBOT, None)
+    folder = Path(path).resolve().parent / ROBOT
+    if (folder / "robot.yaml").is_file():
+        meta[ROBOT] = {**read_yaml(folder / "robot.yaml"), _FOLDER: str(folder)}
     return meta
+
+
+class _Shape(NamedTuple):
+    """Part of a hull, as far as it names a file."""
+
+    file: str | None = None
+
+
+class _Hull(NamedTuple):
+    """Hull of a link, as far as it names files."""
+
+    shapes: tuple[_Shape, ...] = ()
+
+
+class _Robot(NamedTuple):
+    """Files that a ``robot.yaml`` names, and the folder in which they lie."""
+
+    folder: str
+    urdf: str
+    hulls: Mapping[str, _Hull] = {}
+
+
+def _write_robot(stated: Mapping[str, Any], folder: Path) -> None:
+    """Write ``robot.yaml`` with the URDF and the meshes of hulls that it names."""
+    found = read(_Robot, stated, where=ROBOT, error=LogError, extra=True)
+    home = Path(found.folder).resolve()
+    meshes = [shape.file for hull in found.hulls.values() for shape in hull.shapes if shape.file]
+    for name in (found.urdf, *meshes):
+        source = (home / name).resolve()
+        if not source.is_relative_to(home):
+            raise LogError(f"'{name}' lies outside {home}.\nKeep the robot's files in its folder.")
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, folder / name)
+    write_yaml(folder / "robot.yaml", {k: v for k, v in stated.items() if k != _FOLDER})
 
 
 def write_native(
@@ -121,7 +164,7 @@ def write_native(
     """
     refuse_unlisted(table, TABLES, f"'{table}' is not a table of a log folder", error=LogError)
     side = {key: getattr(log, key) for key in _SIDE if getattr(log, key)}
-    rest = {key: value for key, value in log.meta.items() if key not in ("format", *_SIDE)}
+    rest = {k: value for k, value in log.meta.items() if k not in ("format", ROBOT, *_SIDE)}
     meta = {"format": FORMAT, "format_version": FORMAT_VERSION, **rest, **side}
     columns: dict[str, Floats | Integers] = {"t": log.time}
     if np.any(log.segment != 0):
@@ -131,6 +174,8 @@ def write_native(
         with atomic_folder(folder, replace=replace) as beside:
             write_table(beside / table, columns)
             write_yaml(beside / "meta.yaml", meta)
+            if ROBOT in log.meta:
+                _write_robot(log.meta[ROBOT], beside / ROBOT)
             if urdf is not None:
                 write_text(beside / _URDF, urdf)
     except (OSError, SealsError) as error:

@@ -28,6 +28,8 @@ RUN_ID = "run_id"
 """Key of the run's id in ``run.json``, and below ``simulated`` in ``meta.yaml``."""
 FACTS, NOTES = "run.json", ".hydra"
 """What a run notes of itself, and the configuration that began it."""
+ROBOT = "robot"
+"""Folder of the robot as it was simulated, in a log folder."""
 MOVING = ".earlier.part"
 """Folder into which products are moved; it gets its name, ``earlier_N``, when all have arrived."""
 PRODUCTS = (
@@ -252,8 +254,10 @@ class Claim:
 
 def _names(folder: Path) -> tuple[str, ...]:
     """Return `PRODUCTS` behind the names of the policies that are kept in a folder."""
+    own = folder.name == MOVING or (folder / "meta.yaml").exists()
+    # without a log beside it, a folder of this name is the user's
     return (*sorted(path.name for path in folder.glob("policy_*") if KEPT.fullmatch(path.name)),
-            *PRODUCTS)  # fmt: skip
+            *([ROBOT] if own else []), *PRODUCTS)  # fmt: skip
 
 
 def set_aside(folder: Path, *, notes: bool = True) -> Path | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ _Parts = dict[str, dict[str, Any] | None]
 class _Written:
     """What a ``robot.yaml`` may say; values of parts are checked where those are built."""
 
+    name: str = ""
     summary: str = ""
     urdf: str = ""
     fixed_base: bool = False
@@ -65,14 +67,28 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
 
     Args:
         folder: the robot's folder.
-        name: name of the robot; that of the folder when left out.
+        name: name of the robot; what the file says when left out, else that of the folder.
 
     Raises:
         RobotError: the file is missing, not readable, or holds keys that no robot has.
     """
-    path = folder / "robot.yaml"
     remedy = "It must be YAML text in UTF-8, in a folder with its URDF."
-    raw = read_file(dict[str, Any], path, error=RobotError, remedy=remedy)
+    raw = read_file(dict[str, Any], folder / "robot.yaml", error=RobotError, remedy=remedy)
+    return robot_of(raw, folder, name=name)
+
+
+def robot_of(raw: Mapping[str, Any], folder: Path, *, name: str | None = None) -> RobotFile:
+    """Check what a ``robot.yaml`` says.
+
+    Args:
+        raw: its content as plain data.
+        folder: of URDF and meshes.
+        name: as for `read_robot`.
+
+    Raises:
+        RobotError: the URDF is not there, or there are keys that no robot has.
+    """
+    path = folder / "robot.yaml"
     refuse_references(raw, where=str(path))
     found = read(_Written, raw, where=f"{path}:", error=RobotError)
     urdf = found.urdf
@@ -87,7 +103,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
             f"{path}: urdf '{urdf}' lies outside {folder}.\nKeep the URDF in the robot's folder."
         )
     settings = RobotSettings(
-        name=name or folder.resolve().name,
+        name=name or found.name or folder.resolve().name,
         folder=str(folder.resolve()),
         urdf=urdf,
         fixed_base=found.fixed_base,

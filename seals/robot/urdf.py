@@ -141,11 +141,12 @@ class Urdf:
     listed: tuple[str, ...] = ()
 
 
-def read_urdf(path: Path) -> Urdf:
+def read_urdf(path: Path, *, meshes: bool = True) -> Urdf:
     """Read a URDF file.
 
     Args:
         path: the file; meshes it names must lie in its folder or below.
+        meshes: whether they must be there; masses and joints need none.
 
     Raises:
         RobotError: the file is not a readable URDF, its tree is broken, or no body has its numbers.
@@ -155,7 +156,8 @@ def read_urdf(path: Path) -> Urdf:
     joints = [_joint(path, joint) for joint in robot.joints]
     order = _tree_order(path, list(links), joints)
     above = {joint.child: joint for joint in joints}
-    _refuse_bad_meshes(path, robot)
+    if meshes:
+        _refuse_bad_meshes(path, robot)
     return Urdf(
         name=str(robot.name or path.stem),
         links=tuple(links[name] for name in order),

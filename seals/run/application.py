@@ -12,7 +12,7 @@ from typing import Any
 from seals.config.strangers import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.file_names import short_path
-from seals.logs.run_folder import RUN_ID, bring_back, held, id_of_log, new_id, set_aside
+from seals.logs.run_folder import ROBOT, RUN_ID, bring_back, held, id_of_log, new_id, set_aside
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
@@ -102,6 +102,11 @@ def run_into(
         aside = None
         if fresh and (cut is None or cut.resolve() != folder.resolve()):
             aside = set_aside(folder, notes=False)
+        if (folder / ROBOT).exists() and not (folder / "meta.yaml").exists():
+            raise ConfigError(
+                f"{folder} holds a folder '{ROBOT}' of your own, where a run writes its robot.\n"
+                "Choose another folder: out=NAME"
+            )
         try:
             return _run_into(folder, settings, beginning, recorders)
         except BaseException as cause:

@@ -9,11 +9,11 @@ from typing import Any
 
 from seals.logs.atomic import write_json, write_table, write_yaml
 from seals.logs.native import write_native
-from seals.logs.run_folder import FACTS
+from seals.logs.run_folder import FACTS, ROBOT
 from seals.run.settings import RunSettings
 from seals.run.simulation import Ending, Record
 
-LOG_FILES = ("vehicle.urdf", "meta.yaml", "log.parquet")
+LOG_FILES = ("meta.yaml", ROBOT, "log.parquet")
 """Files of the log, the table last: where it is, the others are."""
 
 
@@ -35,9 +35,9 @@ def write_log(folder: Path, record: Record, settings: RunSettings) -> None:
     # a table of an earlier life never stands beside the notes of this one
     (folder / LOG_FILES[-1]).unlink(missing_ok=True)
     beside = folder / ".log"
-    urdf = settings.robot.urdf_path.read_text(encoding="utf-8")
     try:
-        write_native(record.log, beside, urdf=urdf, replace=True)
+        write_native(record.log, beside, replace=True)
+        shutil.rmtree(folder / ROBOT, ignore_errors=True)
         for name in LOG_FILES:
             os.replace(beside / name, folder / name)
     finally:

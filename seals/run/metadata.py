@@ -1,35 +1,31 @@
-"""Metadata of a simulated run for ``meta.yaml``: vehicle, environment, effects, sensors."""
+"""Metadata of a simulated run: robot, environment, effects, sensors."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
+from dataclasses import MISSING
 from enum import Enum
 from typing import Any
 
 import numpy as np
 
 from seals.config.plugin_lookup import plugin_name
-from seals.control.limbs import stowed
 from seals.control.plant import Layout
 from seals.effects.binding import has_hook
 from seals.effects.effect import EffectOptions, number_lists
 from seals.environment.sampler import WaterColumn
 from seals.frames import matrix_of, quaternion_of, quaternion_of_rpy
 from seals.logs.channels import CHANNELS
+from seals.logs.run_folder import ROBOT
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
-from seals.robot.settings import HullSettings
 from seals.robot.whole_body import place_on_base
-from seals.run.equipment_metadata import (
-    describe_battery,
-    describe_servos,
-    held,
-    vehicle_of,
-)
+from seals.run.equipment_metadata import held
 from seals.run.hidden import hide
 from seals.run.settings import RunSettings
-from seals.schema import parameters_of, vars_of
+from seals.schema import parameters_of, plain, vars_of
 from seals.sensors.options import SensorOptions
 
 NOISE_FIELDS = {
@@ -61,16 +57,18 @@ def describe_run(
         sources: sensor of each channel, ``""`` for the truth.
         initial: truth of the first row by channel.
     """
-    vehicle = describe_vehicle(settings, robot, layout)
     acting = {n: e for n, e in settings.effects.items() if not _elsewhere(e, settings.sensors)}
     effects = [_effect(name, effect) for name, effect in acting.items()]
     environment = _environment(settings)
     hidden, more = hide(settings.hide, effects, environment.get("wave"))
     effects = [entry for entry in effects if entry["instance"] not in hidden]
     return {
-        "vehicle": vehicle,
+        ROBOT: describe_robot(settings, hidden),
         "environment": environment | more,
-        "baseline": [*effects, *held(vehicle)],
+        "baseline": [
+            *effects,
+            *([] if layout is None else held(settings.actuators, robot, layout)),
+        ],
         "sensors": _sensors(settings, robot, sources),
         "tolerance": _tolerance(settings, driven=layout is not None),
         "known_exactly": [channel for channel, sensor in sources.items() if not sensor],
@@ -79,74 +77,26 @@ def describe_run(
     }
 
 
-def describe_vehicle(
-    settings: RunSettings, robot: RobotModel, layout: Layout | None
-) -> dict[str, Any]:
-    """Return the vehicle's mass properties at joint zero, its drives, hulls, arm and battery."""
-    vehicle: dict[str, Any] = {
-        **vehicle_of(robot, {} if layout is None else settings.actuators),
-        "hull": _hull(settings, robot, 0),
-        "arm": None,
-        "battery": describe_battery(settings),
-    }
-    if robot.tree.joints:
-        vehicle["base"] = _mass_of(robot, 0)
-        links = [_link(settings, robot, k) for k in range(1, len(robot.links))]
-        servos = None if layout is None else describe_servos(settings, robot)
-        vehicle["arm"] = {"links": links, "stowed": stowed(robot).tolist(), "controller": servos}
-    return vehicle
+def describe_robot(settings: RunSettings, hidden: Container[str] = ()) -> dict[str, Any]:
+    """Return the robot of a run as its ``robot.yaml`` would state it, and the folder of its files.
+
+    Args:
+        settings: of the run; what overrides changed is in them.
+        hidden: instances of effects that the log does not know.
+    """
+    effects = {k: _entry("effect", e) for k, e in settings.effects.items() if k not in hidden}
+    actuators = {k: _entry("actuator", a) for k, a in settings.actuators.items()}
+    return {**plain(settings.robot), "effects": effects, "actuators": actuators}
 
 
-def _mass_of(robot: RobotModel, link: int) -> dict[str, Any]:
-    return {
-        "mass": robot.mass[link],
-        "centre_of_gravity": robot.centre[link],
-        "inertia": robot.inertia[link],
-    }
-
-
-def _link(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any]:
-    """One link of an arm with the joint above it."""
-    tree, j = robot.tree, robot.tree.joint[link]
-    joint: dict[str, Any] = {
-        "parent": robot.links[tree.parent[link]],
-        "origin": tree.origin[link],
-        "rotation": tree.rotation[link],
-    }
-    if j >= 0:
-        limits = {"lower": float(robot.lower[j]), "upper": float(robot.upper[j])}
-        joint |= {"name": robot.joints[j], "axis": tree.axis[j], "prismatic": tree.prismatic[j]}
-        # a log holds finite numbers only: no limit is left out
-        joint |= {key: value for key, value in limits.items() if math.isfinite(value)}
-    name = robot.links[link]
-    return {
-        "name": name,
-        **_mass_of(robot, link),
-        "hull": _hull(settings, robot, link),
-        "joint": joint,
-    }
-
-
-def _hull(settings: RunSettings, robot: RobotModel, link: int) -> dict[str, Any] | None:
-    hull = robot.hulls[link]
-    if hull is None:
-        return None
-    stated: HullSettings = settings.robot.hulls[robot.links[link]]
-    primitives = []
-    for shape in stated.shapes:
-        entry = {
-            "type": shape.type.value,
-            "position": list(shape.position),
-            "rpy": list(shape.rpy),
-            "size": list(shape.size),
-        }
-        primitives.append({**entry, "file": shape.file} if shape.file else entry)
-    return {
-        "primitives": primitives,
-        "displaced_volume": float(hull.volume),
-        "centre_of_buoyancy": np.asarray(hull.centroid),
-        "plan_area": float(hull.plan_area),
-    }
+def _entry(kind: str, plugin: Any) -> dict[str, Any]:
+    """Return the plug-in and what is not its default."""
+    own = plain(plugin)
+    for field in dataclasses.fields(plugin):
+        factory = field.default_factory
+        if own[field.name] == plain(field.default if factory is MISSING else factory()):
+            del own[field.name]
+    return {kind: plugin_name(kind, type(plugin)), **own}
 
 
 def _environment(settings: RunSettings) -> dict[str, Any]:
@@ -159,7 +109,8 @@ def _environment(settings: RunSettings) -> dict[str, Any]:
         "ground_level": e.ground_level,
         "air_density": e.air_density,
         "water_density": float(column.density[0]),
-        "wave": None if settings.wave is None else _plugin("wave", settings.wave),
+        "wave": None if settings.wave is None else _entry("wave", settings.wave),
+        "fluid": None if settings.fluid is None else settings.fluid.name,
         **_solids(settings),
     }
 

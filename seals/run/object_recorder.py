@@ -76,14 +76,7 @@ def describe_objects(settings: RunSettings, actors: Mapping[str, Actor]) -> dict
             "mass": float(actor.robot.mass.sum()),
             "joints": list(actor.robot.joints),
             "effects": list(actor.effects.names),
-            **_behaviour(actor),
+            **({"guide": plugin_name("guide", type(actor.pilot.guide))} if actor.pilot else {}),
         }
         for name, actor in actors.items()
     }
-
-
-def _behaviour(actor: Actor) -> dict[str, str]:
-    """Return the guide of an object that moves by itself."""
-    if actor.pilot is None:
-        return {}
-    return {"guide": plugin_name("guide", type(actor.pilot.guide))}

@@ -53,12 +53,10 @@ class Pictures(Recorder):
         for name, view in self._cameras().items():
             shot = view.shot
             if shot is not None and shot.number >= len(self.rows[name]):
-                self._write(self.folder / FOLDER / name, shot)
+                for ending, content in shot.files().items():
+                    place = self.folder / FOLDER / name / f"{shot.number:06d}{ending}"
+                    write_bytes(place, content)
                 self.rows[name].append(_row(shot))
-
-    def _write(self, folder: Path, shot: Recorded) -> None:
-        for ending, content in shot.files().items():
-            write_bytes(folder / f"{shot.number:06d}{ending}", content)
 
     def snapshot(self) -> dict[str, dict[str, Floats]]:
         """Return the index of every camera, column by column."""

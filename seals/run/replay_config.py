@@ -14,7 +14,8 @@ from seals.config.plugin_lookup import plugin_at
 from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, RobotError
-from seals.run.provenance import digest, noted_digest
+from seals.logs.run_folder import ROBOT
+from seals.run.provenance import noted_digest
 from seals.run.settings import RunSettings
 from seals.untrusted_io import read_file
 
@@ -119,9 +120,10 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
     changed = [name for name, code in noted.items() if noted_digest(robot, name) != code]
     if not changed:
         return
-    kept = folder / "vehicle.urdf"
-    if list(noted) == [str(config.robot.urdf)] and digest(kept) == noted[str(config.robot.urdf)]:
-        config.robot.folder, config.robot.urdf = str(folder.resolve()), kept.name
+    urdf = str(config.robot.urdf)
+    kept = folder.resolve() / ROBOT
+    if list(noted) == [urdf] and noted_digest(kept, urdf) == noted[urdf]:
+        config.robot.folder = str(kept)
         return
     raise RobotError(
         f"{key}={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"

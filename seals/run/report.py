@@ -26,7 +26,7 @@ _FILES = (
     ("surface/", "meshes of the water's surface, with surface=SECONDS"),
     ("particles/", "some of the water's particles, with particles=SECONDS"),
     ("checkpoint/", "the last state of a run that was cut off, for resume=FOLDER"),
-    ("vehicle.urdf", "the robot as it ran"),
+    ("robot/robot.yaml", "the robot as it ran"),
     ("run.json", "versions, seed, revision, time"),
     (".hydra/", "the configuration, resolved"),
     ("plots/", "the charts as pictures"),

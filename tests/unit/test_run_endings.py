@@ -24,7 +24,7 @@ WHOLE = {
     "run.json",
     "log.parquet",
     "meta.yaml",
-    "vehicle.urdf",
+    "robot",
     "ledger.parquet",
     "report.html",
     ".hydra",

@@ -16,7 +16,7 @@ from seals.robot.whole_body import place_on_base
 from seals.run.build import run_settings
 from seals.run.simulation import simulate
 from seals.schema import parameters_of
-from seals.sysid.data.robot_description import describe_robot
+from seals.sysid.data.robot_description import describe_robot, stated_robot
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 
 QUAD = (
@@ -46,15 +46,15 @@ def meta_of(*words: str) -> dict[str, Any]:
 def test_rotors_servos_and_battery_are_stated() -> None:
     """The manipulator's drives are those of its folder, each with its place and coefficients."""
     meta = meta_of("robot=aam", "guide=hover")
-    vehicle = meta["vehicle"]
-    first = vehicle["rotors"][0]
-    assert [r["direction"] for r in vehicle["rotors"]] == [1.0, -1.0, 1.0, -1.0]
-    assert np.allclose(first["position"], [0.1697, -0.1697, 0.07])
-    assert (first["thrust_coefficient"], first["radius"]) == (1.42e-5, 0.127)
+    rotors, servos = (meta["robot"]["actuators"][name] for name in ("rotors", "servos"))
+    assert rotors["direction"] == [1.0, -1.0, 1.0, -1.0]
+    assert rotors["position"][0] == [0.1697, -0.1697, 0.07]
+    assert (rotors["thrust_coefficient"], rotors["radius"]) == ([1.42e-5], [0.127])
+    assert servos["kp_each"] == [40.0, 25.0, 10.0, 2.0, 2.0, 2.0]
+    assert meta["robot"]["arms"]["arm"]["stowed"] == [1.55, 0.0, 0.0]
+    assert meta["robot"]["effects"]["battery"]["capacity"] == 22320.0
+    first = stated_robot(meta)["rotors"][0]
     assert (first["time_constant"], first["spin_down"], first["max_speed"]) == (0.05, 0.08, 940.0)
-    assert vehicle["arm"]["controller"]["kp"] == [40.0, 25.0, 10.0, 2.0, 2.0, 2.0]
-    assert vehicle["arm"]["stowed"][:3] == [1.55, 0.0, 0.0]
-    assert 16.0 < vehicle["battery"]["full_voltage"] < 17.0
     assert [b["name"] for b in meta["baseline"]][-2:] == ["rotor_thrust", "arm"]
 
 
@@ -126,7 +126,7 @@ def laws(vehicle: Vehicle) -> set[tuple[Any, ...]]:
 
 def test_thrusters_are_stated() -> None:
     """An underwater vehicle lists its thrusters and no rotors."""
-    vehicle = meta_of("robot=auv", "guide=hover", "water=fossen")["vehicle"]
+    vehicle = stated_robot(meta_of("robot=auv", "guide=hover", "water=fossen"))
     assert len(vehicle["thrusters"]) == 6
     assert vehicle["rotors"] == []
     assert all(t["max_force"] > 0.0 for t in vehicle["thrusters"])
@@ -135,7 +135,7 @@ def test_thrusters_are_stated() -> None:
 def test_drives_that_stand_still_are_not_stated() -> None:
     """Without a guide no commands are logged, and nothing claims that rotors act."""
     meta = meta_of("robot=aam")
-    assert meta["vehicle"]["rotors"] == []
+    assert not read_vehicle(meta).commands
     assert "rotor_thrust" not in [b["name"] for b in meta["baseline"]]
 
 

@@ -20,6 +20,7 @@ from seals.logs.table import read_parquet
 from seals.robot.whole_body import whole_body
 from seals.run.build import run_settings
 from seals.run.simulation import Record, simulate
+from seals.sysid.data.robot_description import described_by
 
 pytestmark = pytest.mark.usefixtures("elsewhere")
 
@@ -64,7 +65,7 @@ def test_run_fills_its_folder(elsewhere: Path, capsys: pytest.CaptureFixture[str
     assert main(["run", "experiment=drop_test", "time.step=0.004", "time.duration=0.6"]) == 0
     run = only_run(elsewhere)
     names = {path.name for path in run.iterdir()} - {"plots"}
-    wanted = "run.json log.parquet meta.yaml vehicle.urdf ledger.parquet report.html .hydra"
+    wanted = "run.json log.parquet meta.yaml robot ledger.parquet report.html .hydra"
     assert names == set(wanted.split())
     last = capsys.readouterr().out.splitlines()[-1]
     assert last == f"report: {(run / 'report.html').relative_to(elsewhere)}"
@@ -142,11 +143,11 @@ def test_joints_and_arm_are_described(tmp_path: Path) -> None:
     log = ran(f"robot={robot}", "initial.joint_position=[0.3]", "time.duration=0.02").log
     assert log.columns["joint_position_1"][0] == 0.3
     assert log.columns["joint_velocity_1"].size == 6
-    vehicle = log.meta["vehicle"]
-    assert (vehicle["mass"], vehicle["base"]["mass"]) == (4.0, 3.0)
-    (arm,) = vehicle["arm"]["links"]
-    assert (arm["joint"]["lower"], arm["joint"]["upper"]) == (-2.0, 3.0)
-    assert list(arm["joint"]["axis"]) == [0.0, 1.0, 0.0]
+    found = described_by(log.meta)
+    assert found is not None
+    assert found.robot.mass.tolist() == [3.0, 1.0]
+    assert (found.robot.lower.tolist(), found.robot.upper.tolist()) == ([-2.0], [3.0])
+    assert found.robot.tree.axis.tolist() == [[0.0, 1.0, 0.0]]
 
 
 def test_whole_body_follows_the_parallel_axis_theorem(tmp_path: Path) -> None:
@@ -173,7 +174,8 @@ def test_baseline_names_the_installed_effects(pebble: Path) -> None:
     assert drag["parameters"] == {"coefficient_x": 3.1, "coefficient_y": 4.0, "coefficient_z": 0.0}
     assert log.meta["environment"]["gravity"] == [0.0, 0.0, -GRAVITY]
     assert log.meta["environment"]["water_level"] == 0.0
-    (shape,) = log.meta["vehicle"]["hull"]["primitives"]
+    (shape,) = log.meta["robot"]["hulls"]["base"]["shapes"]
+    assert log.meta["robot"]["effects"]["hull_drag"]["coefficient_y"] == 4.0
     assert (shape["type"], shape["size"]) == ("sphere", [0.05])
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from seals.cli.main import main
-from seals.errors import ConfigError, LogError
-from seals.logs.native import read_native
+from seals.errors import ConfigError, LogError, RobotError
+from seals.logs.native import read_native, write_native
 from seals.run.hidden import hide
-from seals.sysid.data.robot_description import describe_robot, describe_run
+from seals.sysid.data.robot_description import describe_robot, describe_run, described_by
 from seals.sysid.data.vehicle import read_vehicle
 
 ENTRIES = [
@@ -51,7 +53,7 @@ def test_the_nominal_model_of_a_run_is_its_own_without_what_was_hidden(drifting:
 
 
 def test_a_log_of_another_source_is_no_run(tmp_path: Path) -> None:
-    """Without the configuration of a run nothing is described."""
+    """Without the folder of its robot nothing is described."""
     assert describe_run(tmp_path) is None
 
 
@@ -81,12 +83,47 @@ def test_a_robot_beside_its_run_keeps_what_the_run_lists(tmp_path: Path) -> None
     assert "buoyancy_links" in read_vehicle(meta, named).effects
 
 
-def test_joints_that_nobody_describes_are_refused(tmp_path: Path) -> None:
-    """A log of links that swing, away from its run: the robot's folder is asked for."""
-    words = ["robot=free_arm", "water=fossen", "initial.position=[0,0,-2]", "time.duration=0.1"]
-    assert main(["run", *words, f"hydra.run.dir={tmp_path / 'swung'}"]) == 0
+def test_joints_that_nobody_describes_are_refused() -> None:
+    """A log of links that swing: the robot's folder is asked for."""
     with pytest.raises(LogError, match=r"states no controller[^$]*robot=FOLDER"):
-        read_vehicle(read_native(tmp_path / "swung").meta)
+        read_vehicle({"vehicle": {"arm": {"links": []}}, "environment": {}})
+
+
+def test_a_robot_moves_with_its_log(tmp_path: Path) -> None:
+    """A copy of log, metadata and robot says as much as the run's folder, overrides included."""
+    words = ["robot=hexacopter", "effects.air_drag.coefficient_x=0.05", "time.duration=0.02"]
+    assert main(["run", *words, f"hydra.run.dir={tmp_path / 'flown'}"]) == 0
+    write_native(read_native(tmp_path / "flown"), tmp_path / "copy")
+    shutil.rmtree(tmp_path / "flown")
+    log = read_native(tmp_path / "copy")
+    vehicle = read_vehicle(log.meta)
+    assert vehicle.name == "hexacopter"
+    assert vehicle.effects["quadratic_drag_air"].coefficient_x == 0.05  # type: ignore[attr-defined]
+    own = described_by(log.meta)
+    assert own is not None
+    assert own.robot.links == describe_robot("hexacopter").robot.links
+
+
+@pytest.mark.parametrize("name", ["/etc/hostname", "../meta.yaml"])
+def test_a_robot_in_a_log_reads_nothing_elsewhere(tmp_path: Path, name: str) -> None:
+    """Neither the description nor a copy of the log takes a file from outside its folder."""
+    assert main(["run", "robot=ball", "time.duration=0.01", f"hydra.run.dir={tmp_path / 'a'}"]) == 0
+    place = tmp_path / "a" / "robot" / "robot.yaml"
+    place.write_text(place.read_text().replace("ball.urdf", name), encoding="utf-8")
+    log = read_native(tmp_path / "a")
+    with pytest.raises(RobotError, match="urdf"):
+        read_vehicle(log.meta)
+    with pytest.raises(LogError, match="outside"):
+        write_native(log, tmp_path / "b")
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_folder_called_robot_stays_its_owners(tmp_path: Path) -> None:
+    """A run refuses to write its robot over one that somebody put there."""
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot" / "mine.txt").write_text("mine")
+    assert main(["run", "robot=ball", "time.duration=0.01", f"hydra.run.dir={tmp_path}"]) == 2
+    assert (tmp_path / "robot" / "mine.txt").read_text() == "mine"
 
 
 def test_servos_of_a_run_without_a_guide_stand_still(tmp_path: Path) -> None:
@@ -98,9 +135,9 @@ def test_servos_of_a_run_without_a_guide_stand_still(tmp_path: Path) -> None:
     assert vehicle.robot.tree.drive_inertia == (2e-6,) * 24
 
 
-def test_a_baseline_with_drives_that_the_vehicle_lacks_is_refused(drifting: Path) -> None:
+def test_a_baseline_with_drives_that_the_vehicle_lacks_is_refused() -> None:
     """In words, with what to do."""
-    meta = read_native(drifting).meta
-    meta = {**meta, "baseline": [*meta["baseline"], {"name": "rotor_thrust"}]}
+    body = {"mass": 1.0, "centre_of_gravity": [0.0] * 3, "inertia": np.eye(3)}
+    meta = {"vehicle": body, "environment": {}, "baseline": [{"name": "rotor_thrust"}]}
     with pytest.raises(LogError, match=r"vehicle states no rotors[^$]*robot=FOLDER"):
         read_vehicle(meta)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.logs.channels import columns_of
 from seals.logs.log import Log
+from seals.logs.run_folder import ROBOT
 
 STEP = 0.01
 """Step between the rows that are kept, at most [s]: rotors and thrusters are slower."""
@@ -104,9 +105,11 @@ def _held(values: Floats) -> Floats:
 
 def _shares(meta: Mapping[str, Any], joints: int) -> Floats:
     """Squares of the servos' gains as shares of their sum, shape (J,); equal where none fit."""
-    found: Any = meta
-    for key in ("vehicle", "arm", "controller", "kp"):
+    found: Any = meta.get("vehicle")
+    for key in ("arm", "controller", "kp"):
         found = found.get(key) if isinstance(found, Mapping) else None
+    drives = (meta.get(ROBOT) or {}).get("actuators") or {}
+    found = next((d["kp_each"] for d in drives.values() if d.get("kp_each")), found)
     given = found if isinstance(found, list) else [found] * joints
     numbers = len(given) == joints and all(isinstance(x, int | float) for x in given)
     square = np.square(given if numbers else np.ones(joints), dtype=float)

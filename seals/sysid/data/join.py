@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from seals.errors import LogError
 from seals.logs.log import Log
+from seals.logs.run_folder import ROBOT
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated, longest_step
 from seals.sysid.data.known_sea import GAP, sea_laws
+from seals.untrusted_io import read_bytes
 
 _OWN = ("initial_state",)
 """Facts that belong to a log's own runs, one entry each."""
@@ -125,6 +128,8 @@ def _plain(key: str, value: Any) -> Any:
         return [_bare(entry) for entry in value or [] if entry.get("name") not in sea_laws()]
     if key == "sensors" and isinstance(value, Mapping):
         return _bare({k: v for k, v in value.items() if k != "channels"})
+    if key == ROBOT and isinstance(value, Mapping):
+        return _bare({**value, "folder": read_bytes(Path(value["folder"]) / value["urdf"])})
     return _bare(value)
 
 

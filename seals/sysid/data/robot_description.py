@@ -11,12 +11,17 @@ import numpy as np
 
 from seals.effects.effect import Effect
 from seals.errors import LogError, refuse_unlisted
+from seals.logs.native import read_meta
+from seals.logs.run_folder import ROBOT
 from seals.multibody.servo import GAINS
 from seals.registry import get
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.robot.robot_file import RobotFile, robot_of
 from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 from seals.robot.urdf import Urdf, UrdfJoint, UrdfLink, read_urdf
+from seals.run.equipment_metadata import vehicle_of
+from seals.run.objects import object_robot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,30 +80,60 @@ def described(config: Any) -> RobotDescription | None:
     )
 
 
+def described_by(meta: Mapping[str, Any]) -> RobotDescription | None:
+    """Return the robot in the folder ``robot/`` of a log; None for a log without one.
+
+    Args:
+        meta: of the log.
+
+    Raises:
+        SealsError: the robot, an effect or an actuator cannot be used.
+    """
+    from seals.config.build import build_from_values
+
+    stated = meta.get(ROBOT)
+    if not isinstance(stated, Mapping):
+        return None
+    told = {key: value for key, value in stated.items() if key != "folder"}
+    found = robot_of(told, Path(str(stated["folder"])))
+    # meshes are for engines: a log's folder has none but those of hulls
+    urdf = read_urdf(found.settings.urdf_path, meshes=False)
+    wave = dict((meta.get("environment") or {}).get("wave") or {})
+    name = wave.pop("wave", None)
+    sea = name and build_from_values("wave", str(name), wave, {}, where="environment.wave")
+    return replace(_of_folder(found, build_robot(object_robot(found), urdf)), sea=sea)
+
+
+def stated_robot(meta: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return name, mass and drives of a log's robot, as ``meta.yaml: vehicle`` states them.
+
+    It is empty for a log that describes none.
+
+    Raises:
+        SealsError: the robot in the log's folder cannot be used.
+    """
+    found, stated = described_by(meta), meta.get("vehicle")
+    if found is not None:
+        return vehicle_of(found.robot, found.actuators)
+    return stated if isinstance(stated, Mapping) else {}
+
+
 def describe_run(folder: Path) -> RobotDescription | None:
     """Return the robot that SEALS simulated in a run, or None for any other log.
 
     Raises:
-        SealsError: the configuration of the run cannot be used.
+        SealsError: its description in the run's folder cannot be used.
         LogError: the water of the run was simulated, of which no law is known.
     """
-    from seals.config.build import build
-    from seals.run.replay_config import recalled
-
-    if not (folder / ".hydra" / "config.yaml").is_file():
+    if not (folder / ROBOT / "robot.yaml").is_file():
         return None
-    config = recalled(folder, key="log")
-    if config.get("fluid") is not None:
+    meta = read_meta(folder / "meta.yaml")
+    if (meta.get("environment") or {}).get("fluid") is not None:
         raise LogError(
             f"log={folder} is a run in water that was simulated itself (fluid).\n"
             "A diagnosis needs laws: take a run without a fluid, see docs/limits.md."
         )
-    found = described(config)
-    if found is None:
-        return None
-    wave = None if config.get("wave") is None else build(config.wave, where="wave")
-    # a run lists joints in the order of its model
-    return replace(found, sea=wave, listed=found.robot.joints)
+    return described_by(meta)
 
 
 def describe_robot(robot: str) -> RobotDescription:
@@ -110,12 +145,25 @@ def describe_robot(robot: str) -> RobotDescription:
     Raises:
         SealsError: there is no such robot, or it cannot be used.
     """
-    from seals.config.compose import compose
-    from seals.config.overrides import override
+    from seals.config.source import find_robot
 
-    found = described(compose([override("robot", robot)], root="diagnose"))
-    assert found is not None
-    return found
+    found = find_robot(robot)
+    made = _of_folder(found, build_robot(object_robot(found)))
+    return replace(made, listed=read_urdf(found.settings.urdf_path).listed)
+
+
+def _of_folder(found: RobotFile, robot: RobotModel) -> RobotDescription:
+    """Return the description in a robot folder, its joints in the order of the model."""
+    from seals.config.build import build_from_values
+
+    effects, actuators = (
+        {
+            name: build_from_values(kind, plugin, values, {}, where=f"{kind}s.{name}")
+            for name, (plugin, values) in found.parts[f"{kind}s"].items()
+        }
+        for kind in ("effect", "actuator")
+    )
+    return RobotDescription(robot=robot, effects=effects, actuators=actuators, listed=robot.joints)
 
 
 def describe_log(spec: Mapping[str, Any]) -> RobotDescription:

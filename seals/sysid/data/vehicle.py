@@ -31,7 +31,7 @@ from seals.robot.model import RobotModel
 from seals.schema import Within, parameters_of, read
 from seals.sysid.data.installed import loaded
 from seals.sysid.data.known_sea import known_sea, sea_laws
-from seals.sysid.data.robot_description import RobotDescription, describe_log
+from seals.sysid.data.robot_description import RobotDescription, describe_log, described_by
 
 _STRUCTURE = {"rotor_thrust": "rotors", "thruster_force": "thrusters", "arm": "servos"}
 """Actuators in a log's description by the names that stand for them in its baseline."""
@@ -119,7 +119,7 @@ def read_vehicle(
 def _vehicle_of(
     meta: Mapping[str, Any], robot: RobotDescription | None, still: Mapping[str, float]
 ) -> Vehicle:
-    description = describe_log(_part(meta, "vehicle")) if robot is None else robot
+    description = robot or described_by(meta) or describe_log(_part(meta, "vehicle"))
     environment = _environment(_part(meta, "environment"))
     model, acts, effects, written = _nominal(description, environment, meta, still)
     drives: list[Any] = [e for e in acts.values() if has_hook(e, "drives")]
@@ -142,7 +142,7 @@ def _vehicle_of(
         # joints of a log that describes them stand in its own order
         columns=() if description.of_log else _columns(description, model, meta),
         written=written,
-        full_voltage=_full_voltage(meta if robot is not None else meta["vehicle"]),
+        full_voltage=_full_voltage(meta["vehicle"] if description.of_log else meta),
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
@@ -181,7 +181,9 @@ def _nominal(
         if any(model.hulls[1:]):
             made = _surroundings(made, model, environment, listed=listed)
         return model, acts, made, {}
-    acts = {**acting(description, meta), **({} if _undriven(meta) else acts)}
+    # all entries of a simulated log without drives are effects: the actuators stood still
+    driven = listed is None or any("instance" not in e for e in meta["baseline"])
+    acts = {**acting(description, meta), **(acts if driven else {})}
     model, acts = _merged(model, acts, meta, still)
     model = _with_motors(description.actuators, model)
     made, written = _instances(description, acts, model, environment)
@@ -429,12 +431,6 @@ def _plain(effect: Effect) -> bool:
 def _instances_of(meta: Mapping[str, Any]) -> set[str]:
     """Instances of effects that a log of SEALS lists; none in other logs."""
     return {str(e["instance"]) for e in meta.get("baseline") or [] if "instance" in e}
-
-
-def _undriven(meta: Mapping[str, Any]) -> bool:
-    """Return true for a simulated log without drives: the actuators stood still."""
-    entries = meta.get("baseline") or []
-    return bool(_instances_of(meta)) and all("instance" in e for e in entries)
 
 
 def acting(description: RobotDescription, meta: Mapping[str, Any]) -> dict[str, Effect]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from seals.errors import LogError
 from seals.logs.log import Log
-from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.robot_description import RobotDescription, stated_robot
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.verdict import Verdict
@@ -256,9 +256,7 @@ def _refuse_other(
 
 def _stated(log: Log) -> dict[str, Any]:
     """Return what a log says of its vehicle: name, mass [kg], number of drives, where it does."""
-    vehicle = log.meta.get("vehicle")
-    if not isinstance(vehicle, Mapping):
-        return {}
+    vehicle = stated_robot(log.meta)
     out = {key: vehicle[key] for key in ("name", "mass") if vehicle.get(key) is not None}
     drives = [vehicle[key] for key in ("rotors", "thrusters") if isinstance(vehicle.get(key), list)]
     return {**out, "drives": sum(map(len, drives))} if any(drives) else out

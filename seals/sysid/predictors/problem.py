@@ -16,7 +16,7 @@ from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated
-from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.robot_description import RobotDescription, described_by
 from seals.sysid.data.samples import Samples, read_samples
 from seals.sysid.data.standing import joints_at_rest, refuse_frozen, still_joints
 from seals.sysid.data.supply import typical_shortfall
@@ -104,7 +104,7 @@ def prepare(
     Args:
         log: in the native format, or several joined ones.
         policy: thresholds of the decisions; the standard ones when left out.
-        robot: of a robot folder; left out, the metadata describe the vehicle.
+        robot: of a robot folder; left out, the log describes its own.
         free: what makes parameters of the extended model free; none when left out.
 
     Raises:
@@ -113,6 +113,7 @@ def prepare(
     log = contact_free(log)
     log = decimated(log, log.rows)
     policy = policy or DecisionPolicy()
+    robot = robot or described_by(log.meta)
     still = still_joints(log, robot, errors=policy.joint_moving)
     vehicle = read_vehicle(log.meta, robot, still=still)
     samples = read_samples(log, vehicle)

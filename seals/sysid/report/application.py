@@ -10,6 +10,7 @@ from typing import Any
 from seals.errors import ConfigError, LogError
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
+from seals.logs.run_folder import ROBOT
 from seals.schema import check_fields
 from seals.sound_numbers import sound_numbers, trials
 from seals.sysid.data.robot_description import RobotDescription
@@ -74,7 +75,7 @@ def execute(config: Any) -> int:
             _write(out, bad_data(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        vehicle = str((log.meta.get("vehicle") or {}).get("name", ""))
+        vehicle = str((log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name", ""))
         _write(out, answer_of(found, missing, vehicle=vehicle))
         tell(STAGES * _STEP - 1)
         pages = []

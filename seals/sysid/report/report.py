@@ -12,6 +12,7 @@ from seals.logs.check import check_log
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, page
+from seals.sysid.data.robot_description import stated_robot
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.charts import ablation_chart, gain_chart
@@ -68,7 +69,7 @@ def write_report(
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     data, entries = diagnosis.to_dict(), ranking(diagnosis)
-    steps, findings = ablation_steps(diagnosis.search), check_log(log)
+    steps, findings = ablation_steps(diagnosis.search), check_log(log, stated_robot(log.meta))
     after = model_after(diagnosis)
     missing = localisation or locate_residual_force(diagnosis.problem, diagnosis.search.nominal)
     values, nominal = moved(after), moved(diagnosis.search.nominal)

@@ -17,6 +17,7 @@ from seals.errors import ConfigError, MissingExtra, SealsError, printable, sugge
 from seals.field_roles import Role, roles_of
 from seals.logs.atomic import atomic_path, write_json
 from seals.logs.log import Log
+from seals.logs.run_folder import ROBOT
 from seals.report.style import CYCLE, MUTED
 from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
@@ -155,7 +156,8 @@ def verify(config: Any) -> int:
     logs: list[Log] = []
     for given in places:
         log, robot = given.read()
-        own, other = overlay.provenance.get("vehicle"), (log.meta.get("vehicle") or {}).get("name")
+        own = overlay.provenance.get("vehicle")
+        other = (log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name")
         if own and other and own != other:
             raise ConfigError(
                 f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
