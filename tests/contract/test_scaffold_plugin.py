@@ -85,7 +85,9 @@ def test_a_new_reader_knows_its_files(
     """It keeps its contract, and a file is read without its name; one that is damaged is told."""
     packaged("reader", "tin_can", {})
     file = tmp_path / "dive.dat"
-    rows = "".join(f"{0.01 * k:.2f} 0 0 1 0 0 {90 * math.cos(0.1 * k) * math.cos(k)}\n" for k in range(400))
+    rows = "".join(
+        f"{0.01 * k:.2f} 0 0 1 0 0 {90 * math.cos(0.1 * k) * math.cos(k)}\n" for k in range(400)
+    )
     file.write_text(f"# tin_can 1\n{rows}", encoding="utf-8")
     report = check_reader("tin_can", file)
     assert (report.rows, report.channels) == (400, ("angular_velocity", "specific_force"))
