@@ -10,8 +10,9 @@ import pytest
 
 from seals.plugins.effects.wind import Wind
 from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision import reasons_against
 from seals.sysid.decision.policy import DecisionPolicy
-from seals.sysid.decision.reasons_against import varying_flow
+from seals.sysid.decision.reasons_against import changing_flow, varying_flow
 
 MASS, ROWS = 2.0, 100
 
@@ -59,3 +60,36 @@ def test_a_wind_throughout_or_without_gusts_is_left_alone() -> None:
     """A weak one that blows all the time may be an average of nothing."""
     assert not asked(0.05, 0.1, timed=False)
     assert not asked(0.05, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("gains", "logs", "said"),
+    [
+        ((-21.0, -18.0, -20.0, -22.0), 1, ""),
+        ((-6.0, -11.0, 17.0, 1.4), 1, "from 12 to 18 s than before and after explains 17 more"),
+        ((-6.0, -11.0, 17.0, 1.4), 2, ""),
+    ],
+)
+def test_a_wind_throughout_is_the_same_in_every_part(
+    monkeypatch: pytest.MonkeyPatch, gains: tuple[float, ...], logs: int, said: str
+) -> None:
+    """A second wind in a part of one log loses its Occam factor beside a steady one."""
+    asked_for = iter(gains)
+    monkeypatch.setattr(reasons_against, "candidate_keys", lambda candidates: ())
+    monkeypatch.setattr(
+        reasons_against,
+        "scored",
+        lambda *given: SimpleNamespace(score=50.0 + next(asked_for)),
+    )
+    fitter: Any = SimpleNamespace(fit=lambda keys, start: None)
+    fitter.acting = lambda candidates: fitter
+    wind = Candidate(name="wind", keys=("wind.velocity_x",), identification=Wind.identification)
+    problem: Any = SimpleNamespace(
+        samples=SimpleNamespace(time=np.linspace(0.0, 18.0, ROWS), logs=("log",) * logs),
+        policy=DecisionPolicy(),
+    )
+    best: Any = SimpleNamespace(
+        candidates=(wind,), fitter=fitter, fit=SimpleNamespace(values={}), score=50.0
+    )
+    found = changing_flow(problem, best, best)
+    assert found.endswith(said) if said else not found

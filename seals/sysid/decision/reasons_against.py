@@ -5,7 +5,8 @@
   toward a point, and one flight passes it at few distances. The general law has the centre, the
   softening radius and the power of the distance as free numbers.
 - A point that the log does not locate: a pull toward it bends to almost any smooth force.
-- A flow for a time that is an average of gusts, and a step in place of a steady change.
+- A flow for a time that is an average of gusts, one that is another in a part of the log, and a
+  step in place of a steady change.
 """
 
 from __future__ import annotations
