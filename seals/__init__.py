@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from seals.motion import by_joint as by_joint
     from seals.robot.model import RobotModel as RobotModel
     from seals.schema import param as param
+    from seals.schema import setting as setting
     from seals.sensors.instrument import Instrument as Instrument
     from seals.sensors.noise import Noise as Noise
     from seals.sensors.protocol import SensorInput as SensorInput
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from seals.testing.control import check_controller as check_controller
     from seals.testing.control import check_guide as check_guide
     from seals.testing.effect import check_effect as check_effect
+    from seals.testing.reader import check_reader as check_reader
     from seals.testing.sensor import check_sensor as check_sensor
     from seals.testing.task import check_task as check_task
     from seals.world.ledger import Ledger as Ledger

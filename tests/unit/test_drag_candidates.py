@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.api import load_log
 from seals.cli.main import main
 from seals.config.overlay import read_overlay
 from seals.effects import MediumKind, bind_effects
@@ -89,11 +91,12 @@ def test_a_spread_beside_a_form_is_refused() -> None:
         DragQuadratic(form=DragForm.faces, spread_x=0.01)
 
 
-def test_a_log_with_an_unknown_form_is_refused(tmp_path: Path) -> None:
+def test_a_log_with_an_unknown_form_is_refused() -> None:
     """The refusal names what there is."""
-    meta = read_native(ran(tmp_path / "run", *BALL)).meta
-    drag = next(e for e in meta["baseline"] if e.get("instance") == "water_drag")
-    assert drag["options"] == {"form": "isotropic"}
+    meta = copy.deepcopy(load_log("hidden_effect/flight_a").meta)
+    drag = next(e for e in meta["baseline"] if e["name"] == "quadratic_drag")
+    drag["options"] = {"form": "isotropic"}
+    read_vehicle(meta)
     for options, words in (({"form": "isotropc"}, "'isotropic'"), ({"from": "faces"}, "'form'")):
         drag["options"] = options
         with pytest.raises(LogError, match=f"Did you mean {words}"):

@@ -222,7 +222,7 @@ def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceH
     beside a steady one it loses the Occam factor of its numbers.
     """
     flows = [c for c in best.candidates if c.identification.gusty and c.activity is None]
-    if len(problem.samples.logs) > 1:
+    if not flows or len(problem.samples.logs) > 1:
         # from one log to the next it may be another one
         return ""
     time = problem.samples.time
