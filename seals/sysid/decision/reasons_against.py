@@ -194,14 +194,8 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
     if not flows:
         return ""
     gust = float(problem.vehicle.gust[0])
-    fitter, values = best.fitter, best.fit.values
-    felt = fitter.prediction(values).reading[:, 3:6]
-    mass = float(np.sum(problem.vehicle.robot.mass))
     for flow in flows:
-        calm = fitter.prediction({**values, **dict.fromkeys(flow.all_keys, 0.0)}).reading[:, 3:6]
-        assert flow.activity is not None
-        acts = flow.activity.weights(problem.samples) > 0.0
-        force = mass * float(np.sqrt(np.mean(np.sum((felt - calm)[acts] ** 2, axis=1))))
+        force = _force_of(problem, best, flow)
         if force * problem.policy.turbulence < gust:
             return (
                 f"a {flow.name} varies here: what is steady of it, {force:.2g} N, is no more than "
@@ -210,6 +204,20 @@ def varying_flow(problem: Problem, best: EvidenceHypothesis) -> str:
     return ""
 
 
+def _force_of(problem: Problem, best: EvidenceHypothesis, flow: Candidate) -> float:
+    """Root mean square force that a flow adds while it acts [N]."""
+    fitter, values = best.fitter, best.fit.values
+    still = {**values, **dict.fromkeys(flow.all_keys, 0.0)}
+    added = fitter.prediction(values).reading[:, 3:6] - fitter.prediction(still).reading[:, 3:6]
+    if flow.activity is not None:
+        added = added[flow.activity.weights(problem.samples) > 0.0]
+    mass = float(np.sum(problem.vehicle.robot.mass))
+    return mass * float(np.sqrt(np.mean(np.sum(added**2, axis=1))))
+
+
+_INTENSITY = 0.3
+"""Turbulence intensity that winds over open land and water reach: one that is as far above its
+gusts as this says is a wind, though it varies."""
 _PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5))
 """Parts of a log in which a flow that acts throughout is compared with itself elsewhere."""
 
@@ -217,9 +225,10 @@ _PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5)
 def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceHypothesis) -> str:
     """Return why a flow that acts throughout is no steady one; empty where it is.
 
-    Turbulence about no wind at all leaves an average over a whole flight, too. A second flow of the
-    same law that acts beside it in a part of the log is evidence only where the first one changes:
-    beside a steady one it loses the Occam factor of its numbers.
+    Turbulence about no wind at all leaves an average over a whole flight, too, which is hardly
+    stronger than the gusts. A second flow of the same law that acts beside it in a part of the log
+    is evidence only where the first one changes: beside a steady one it loses the Occam factor of
+    its numbers.
     """
     flows = [c for c in best.candidates if c.identification.gusty and c.activity is None]
     if not flows or len(problem.samples.logs) > 1:
@@ -228,6 +237,8 @@ def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceH
     time = problem.samples.time
     first, long = float(time[0]), float(np.ptp(time))
     for flow in flows:
+        if _force_of(problem, best, flow) * _INTENSITY > float(problem.vehicle.gust[0]):
+            continue
         for begin, end in _PARTS:
             span = Span(
                 log=0,
