@@ -215,9 +215,6 @@ def _force_of(problem: Problem, best: EvidenceHypothesis, flow: Candidate) -> fl
     return mass * float(np.sqrt(np.mean(np.sum(added**2, axis=1))))
 
 
-_INTENSITY = 0.3
-"""Turbulence intensity that winds over open land and water reach: one that is as far above its
-gusts as this says is a wind, though it varies."""
 _PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5))
 """Parts of a log in which a flow that acts throughout is compared with itself elsewhere."""
 
@@ -237,7 +234,7 @@ def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceH
     time = problem.samples.time
     first, long = float(time[0]), float(np.ptp(time))
     for flow in flows:
-        if _force_of(problem, best, flow) * _INTENSITY > float(problem.vehicle.gust[0]):
+        if _force_of(problem, best, flow) * problem.policy.turbulence > problem.vehicle.gust[0]:
             continue
         for begin, end in _PARTS:
             span = Span(
