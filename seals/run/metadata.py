@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Container, Mapping
 from dataclasses import MISSING
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +23,7 @@ from seals.logs.channels import CHANNELS
 from seals.logs.run_folder import ROBOT
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
+from seals.robot.settings import RobotSettings
 from seals.robot.whole_body import place_on_base
 from seals.run.equipment_metadata import held
 from seals.run.hidden import hide
@@ -86,7 +89,19 @@ def describe_robot(settings: RunSettings, hidden: Container[str] = ()) -> dict[s
     """
     effects = {k: _entry("effect", e) for k, e in settings.effects.items() if k not in hidden}
     actuators = {k: _entry("actuator", a) for k, a in settings.actuators.items()}
-    return {**plain(settings.robot), "effects": effects, "actuators": actuators}
+    return {**_placed(settings.robot), "effects": effects, "actuators": actuators}
+
+
+def _placed(robot: RobotSettings) -> dict[str, Any]:
+    """Return a robot as plain data whose files lie in one folder: the URDF may be elsewhere."""
+    stated: dict[str, Any] = plain(robot)
+    home, urdf = Path(robot.folder).resolve(), robot.urdf_path.resolve()
+    folder = Path(os.path.commonpath([home, urdf.parent]))
+    for hull in stated["hulls"].values():
+        for shape in hull["shapes"]:
+            if shape.get("file"):
+                shape["file"] = (home.relative_to(folder) / shape["file"]).as_posix()
+    return {**stated, "folder": str(folder), "urdf": urdf.relative_to(folder).as_posix()}
 
 
 def _entry(kind: str, plugin: Any) -> dict[str, Any]:

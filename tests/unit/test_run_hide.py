@@ -118,6 +118,25 @@ def test_a_robot_in_a_log_reads_nothing_elsewhere(tmp_path: Path, name: str) -> 
     assert not (tmp_path / "b").exists()
 
 
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_urdf_by_its_full_path_comes_into_the_log(
+    tmp_path: Path, pebble: Path, inside: bool
+) -> None:
+    """A run with ``robot.urdf=`` of its own keeps its log, and the log its robot."""
+    (own,) = pebble.glob("*.urdf")
+    urdf = own if inside else tmp_path / "elsewhere" / "other.urdf"
+    if not inside:
+        urdf.parent.mkdir()
+        shutil.copyfile(own, urdf)
+    words = [f"robot={pebble}", f"robot.urdf={urdf}", "time.duration=0.02"]
+    assert main(["run", *words, f"out={tmp_path / 'out'}"]) == 0
+    stated = described_by(read_native(tmp_path / "out").meta)
+    assert stated is not None
+    assert stated.robot.mass.sum() > 0.0
+    (copy,) = (tmp_path / "out" / "robot").rglob("*.urdf")
+    assert copy.read_bytes() == own.read_bytes()
+
+
 def test_a_folder_called_robot_stays_its_owners(tmp_path: Path) -> None:
     """A run refuses to write its robot over one that somebody put there."""
     (tmp_path / "robot").mkdir()
