@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.decision.exact_numbers import still_wrong
+from seals.plugins.effects.payload import Payload
+from seals.sysid.candidates.parameters import Candidate
+from seals.sysid.decision.exact_numbers import numbers_to_hold, still_wrong
 from seals.sysid.decision.moved_numbers import MovedNumber
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows import delaying
@@ -89,3 +91,20 @@ def test_a_number_that_late_sensors_had_moved_is_right() -> None:
     second: Any = SimpleNamespace(claims=[SimpleNamespace(candidate=c) for c in named])
     left = still_wrong(problem, first, second, ["lag.t", "mass.mass", "drag.c"])
     assert [m.key for m in left] == ["mass.mass", "drag.c", "table.a"]
+
+
+def test_a_moved_number_is_held_beside_waves_that_are_no_effect() -> None:
+    """A payload adds to the stated mass, waves among the candidates to nothing."""
+    stated, payload = Payload(mass=0.0), Payload(mass=0.0)
+    known = SimpleNamespace(
+        effects={"own": stated, "payload": payload},
+        candidates=(
+            Candidate(name="waves", keys=("waves.height",)),
+            Candidate(name="payload", keys=("payload.mass",)),
+        ),
+        parameters={"own.mass": SimpleNamespace(tolerance=0.01)},
+    )
+    problem: Any = SimpleNamespace(plant=SimpleNamespace(candidate_set=known))
+    moved = SimpleNamespace(key="own.mass")
+    answer: Any = SimpleNamespace(stated_wrong=(moved, SimpleNamespace(key="gravity.strength")))
+    assert numbers_to_hold(problem, answer) == ("own.mass",)

@@ -10,9 +10,10 @@ import pytest
 
 from seals.plugins.effects.wind import Wind
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.decision import reasons_against
+from seals.sysid.decision import evidence, reasons_against
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.decision.reasons_against import changing_flow, varying_flow
+from seals.sysid.scores.channels import ChannelError, ChannelErrors
 
 MASS, ROWS = 2.0, 100
 
@@ -105,3 +106,42 @@ def test_a_wind_throughout_is_the_same_in_every_part(
     )
     found = changing_flow(problem, best, best)
     assert found.endswith(said) if said else not found
+
+
+@pytest.mark.parametrize(
+    ("gust", "after", "left"), [(0.6, 1.4, True), (0.4, 1.4, False), (0.6, 1.2, False)]
+)
+def test_a_weak_wind_leaves_no_channel_outside_its_band(
+    gust: float, after: float, left: bool
+) -> None:
+    """A wind of 1 N: with gusts of 0.6 N what a channel keeps beyond its band of 1.26 varies."""
+    wind = Candidate(name="wind", keys=("wind.velocity_x",), identification=Wind.identification)
+
+    def prediction(values: dict[str, float]) -> Any:
+        return SimpleNamespace(
+            reading=np.full((ROWS, 6), values["wind.velocity_x"] / MASS / np.sqrt(3.0))
+        )
+
+    problem: Any = SimpleNamespace(
+        vehicle=SimpleNamespace(
+            gust=np.array([gust, 0.0]), servo=None, robot=SimpleNamespace(mass=np.array([MASS]))
+        ),
+        policy=DecisionPolicy(),
+    )
+    best: Any = SimpleNamespace(
+        candidates=(wind,),
+        fitter=SimpleNamespace(prediction=prediction),
+        fit=SimpleNamespace(values={"wind.velocity_x": 1.0}),
+    )
+    error = ChannelError(
+        name="position x",
+        channel="position",
+        unit="m",
+        band=1.26,
+        stated=1.9,
+        calibrated=1.7,
+        after=after,
+        rms=(0.04, 0.04, 0.03),
+    )
+    said = evidence._left_in_channels(problem, best, ChannelErrors(errors=(error,)))
+    assert bool(said) is left

@@ -20,6 +20,7 @@ from seals.sysid.decision.reasons_against import (
     steady_change,
     unlocated,
     varying_flow,
+    weak_flows,
 )
 from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.decision.verdict import Verdict
@@ -188,9 +189,11 @@ def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: Channe
     """Return the channel in which a model with effects leaves too much; empty without one.
 
     Play and dry friction in an arm shake the base as well: their laws are judged by the misfit.
+    A flow that is hardly stronger than its gusts may leave no channel outside its band: that varies.
     """
     policy = problem.policy
-    most = (e for e in errors.outside if not e.after <= policy.channel_left)
+    least = 0.0 if weak_flows(problem, best) else policy.channel_left
+    most = (e for e in errors.outside if not e.after <= least)
     left = [e for e in most if not e.share >= policy.channel_explained]
     if not left or (problem.vehicle.servo and any(c.in_arm for c in best.candidates)):
         return ""

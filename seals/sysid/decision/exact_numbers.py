@@ -42,9 +42,13 @@ def numbers_to_hold(problem: Problem, answer: EvidenceAnswer) -> tuple[str, ...]
 
 
 def _added_to(key: str, candidates: Iterable[Candidate], known: CandidateSet) -> bool:
-    """Return true for a vehicle's own number that a candidate of the same law adds to."""
+    """Return true for a vehicle's own number that a candidate of the same law adds to.
+
+    Waves are a candidate, but no effect.
+    """
     own = known.effects.get(key.partition(".")[0])
-    return any(type(known.effects[c.instance]) is type(own) for c in candidates)
+    laws = (known.effects.get(c.instance) for c in candidates)
+    return own is not None and any(type(law) is type(own) for law in laws)
 
 
 def with_exact(problem: Problem, keys: Iterable[str], *, found: int = 0) -> Problem:

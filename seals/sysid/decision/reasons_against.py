@@ -215,6 +215,13 @@ def _force_of(problem: Problem, best: EvidenceHypothesis, flow: Candidate) -> fl
     return mass * float(np.sqrt(np.mean(np.sum(added**2, axis=1))))
 
 
+def weak_flows(problem: Problem, best: EvidenceHypothesis) -> list[Candidate]:
+    """Return the flows of a model that act throughout and are hardly stronger than their gusts."""
+    least = float(problem.vehicle.gust[0]) / problem.policy.turbulence
+    flows = (c for c in best.candidates if c.identification.gusty and c.activity is None)
+    return [flow for flow in flows if _force_of(problem, best, flow) <= least]
+
+
 _PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5))
 """Parts of a log in which a flow that acts throughout is compared with itself elsewhere."""
 
@@ -227,15 +234,13 @@ def changing_flow(problem: Problem, nominal: EvidenceHypothesis, best: EvidenceH
     is evidence only where the first one changes: beside a steady one it loses the Occam factor of
     its numbers.
     """
-    flows = [c for c in best.candidates if c.identification.gusty and c.activity is None]
+    flows = weak_flows(problem, best)
     if not flows or len(problem.samples.logs) > 1:
         # from one log to the next it may be another one
         return ""
     time = problem.samples.time
     first, long = float(time[0]), float(np.ptp(time))
     for flow in flows:
-        if _force_of(problem, best, flow) * problem.policy.turbulence > problem.vehicle.gust[0]:
-            continue
         for begin, end in _PARTS:
             span = Span(
                 log=0,
