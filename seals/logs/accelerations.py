@@ -11,6 +11,7 @@ from seals.arrays import Floats
 from seals.frames import conjugate, matrix_of, multiply, normalised, rotate, rotation_vector
 from seals.logs.log import Log
 from seals.logs.resample import one_sign
+from seals.smoothing import savitzky_golay
 
 STEP = 0.01
 """Of the even grid on which channels are compared [s]."""
@@ -66,10 +67,7 @@ def even(log: Log, stems: tuple[str, ...]) -> Even | None:
 
 def second_derivative(position: Floats) -> Floats:
     """Return the second derivative of local cubic polynomials, shape (T, k)."""
-    from scipy.signal import savgol_filter
-
-    width = int(_WINDOW / STEP) | 1
-    return savgol_filter(position, width, 3, deriv=2, delta=STEP, axis=0)
+    return savitzky_golay(position, int(_WINDOW / STEP) | 1, 3, derivative=2, step=STEP)
 
 
 def filtered_alike(acceleration: Floats) -> Floats:

@@ -14,6 +14,7 @@ from seals.logs.accelerations import (
     even,
 )
 from seals.logs.log import Log
+from seals.smoothing import savitzky_golay
 
 _LONGEST = 0.5
 """Largest offset that is looked for [s]."""
@@ -132,6 +133,4 @@ def _cut(values: Floats, there: NDArray[np.bool_]) -> Floats:
 
 
 def _smooth(values: Floats) -> Floats:
-    from scipy.signal import savgol_filter
-
-    return savgol_filter(values, _SMOOTH, 2, axis=0)
+    return savitzky_golay(values, _SMOOTH, 2)

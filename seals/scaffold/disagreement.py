@@ -21,6 +21,7 @@ from seals.logs.accelerations import (
 )
 from seals.logs.log import Log
 from seals.logs.time_offset import time_offset
+from seals.smoothing import savitzky_golay
 
 _SMOOTH = 15
 """Rows of the local parabolas: motion, not vibration, is compared."""
@@ -134,9 +135,7 @@ def _alike(sensed: Floats, posed: Floats, inner: NDArray[np.bool_]) -> tuple[Flo
 
     They are those of the slow part of the motion, of which noise is a small share.
     """
-    from scipy.signal import savgol_filter
-
-    slow = [savgol_filter(values, _SLOW, 2, axis=0) for values in (sensed, posed)]
+    slow = [savitzky_golay(values, _SLOW, 2) for values in (sensed, posed)]
     a, b = (values[inner] - values[inner].mean(axis=0) for values in slow)
     gain = np.linalg.lstsq(b, a, rcond=None)[0]
     return (sensed - slow[0])[inner], (posed - slow[1])[inner] @ gain
@@ -157,9 +156,7 @@ def _share(sensed: Floats, posed: Floats) -> float:
 
 def smooth(values: Floats) -> Floats:
     """Smooth evenly sampled rows by local parabolas (Savitzky-Golay filter), shape (T, k)."""
-    from scipy.signal import savgol_filter
-
-    return savgol_filter(values, _SMOOTH, 2, axis=0)
+    return savitzky_golay(values, _SMOOTH, 2)
 
 
 def _left(values: Floats, known: list[Floats], there: NDArray[np.bool_]) -> Floats:

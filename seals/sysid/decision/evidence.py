@@ -189,7 +189,7 @@ def _left_in_channels(problem: Problem, best: EvidenceHypothesis, errors: Channe
     """Return the channel in which a model with effects leaves too much; empty without one.
 
     Play and dry friction in an arm shake the base as well: their laws are judged by the misfit.
-    A flow that is hardly stronger than its gusts may leave no channel outside its band: that varies.
+    A flow that is hardly stronger than its gusts leaves a channel outside its band where it varies.
     """
     policy = problem.policy
     least = 0.0 if weak_flows(problem, best) else policy.channel_left

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
 from seals.arrays import Floats
 from seals.batch import BatchDynamics, TwinState
@@ -254,6 +253,8 @@ def _kicks(
     vehicle: Vehicle, rows: int, count: int, step: float, rng: np.random.Generator
 ) -> Floats:
     """Changes of velocity and spin in every step by coloured gusts, shape (rows, M, 6)."""
+    from scipy.signal import lfilter  # half a second, which a diagnosis that plans nothing saves
+
     keep = float(np.exp(-step / vehicle.gust_time))
     white = rng.standard_normal((rows, count, 6)) * np.repeat(vehicle.gust, 3)
     inertia = np.concatenate([np.full(3, vehicle.mass), np.diag(vehicle.robot.inertia[0])])
