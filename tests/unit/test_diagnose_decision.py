@@ -145,14 +145,14 @@ def test_a_set_holds_four_names_at_most() -> None:
     ("rivals", "verdict"),
     [
         ([(), ()], Verdict.named),
-        ([("tether",), ()], Verdict.named),
+        ([("tether",), ()], Verdict.ambiguous),
         ([("tether",), ("payload",)], Verdict.ambiguous),
     ],
 )
 def test_one_tie_rule_for_one_log_and_for_several(
     rivals: list[tuple[str, ...]], verdict: Verdict
 ) -> None:
-    """Ambiguous where no claim stands alone; evidence and cross-validation share the rule."""
+    """Ambiguous where a claim has rivals; evidence and cross-validation share the rule."""
     from seals.sysid.decision import cross_validation
 
     best = model(["wind", "buoyancy"], misfit=1.0, score=200.0)

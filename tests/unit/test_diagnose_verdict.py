@@ -135,6 +135,7 @@ def answer(
     sigmas: Sequence[float] = (0.1,) * 26,
     simulated_step: float | None = None,
     gains: Mapping[str, float] = MappingProxyType({"wind": 1e3}),
+    flow: bool = False,
 ) -> EvidenceAnswer:
     """Decide on a model with some effects of one size."""
     calm = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
@@ -148,6 +149,10 @@ def answer(
     base = moved(sigmas)
     known = base.fitter.candidate_set
     candidates = tuple(c for c in known.candidates if c.name in names)
+    if flow:
+        candidates = tuple(
+            replace(c, identification=Identification(gusty=True)) for c in candidates
+        )
     keys = (*base.fit.keys, *(k for c in candidates for k in c.keys))
     count = len(keys)
     normal = np.zeros((10, count, count))
@@ -229,14 +234,30 @@ def test_a_channel_left_over_by_a_simulation_may_be_its_step(
 
 
 def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From the stated model to the one with the effect: misfit or a channel must fall."""
-    same = channel(1.0, 1.0, 1.0)
-    said = answer(monkeypatch, same, names=["wind"], stated=1.001)
+    """From the stated model to the one with the effect the held-out misfit must fall by 1 %."""
+    off = channel(1.4, 1.4, 1.0)
+    said = answer(monkeypatch, off, names=["wind"], stated=1.009)
     assert said.verdict is Verdict.cannot_tell
     assert "no error falls" in said.reasons[0]
-    assert answer(monkeypatch, same, names=["wind"], stated=1.1).verdict is Verdict.named
-    gust = channel(3.0, 3.0, 0.3)
-    assert answer(monkeypatch, gust, names=["wind"], stated=1.001).verdict is Verdict.named
+    assert answer(monkeypatch, off, names=["wind"], stated=1.1).verdict is Verdict.named
+
+
+def test_a_flow_that_lowers_no_error_is_not_steady(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It lowers one channel to a tenth, and the misfit, beside gusts, by 0.9 %."""
+    monkeypatch.setattr(evidence, "weak_flows", lambda *given: [])
+    monkeypatch.setattr(evidence, "changing_flow", lambda *given: "")
+    errors = channel(3.0, 3.0, 0.3)
+    said = answer(monkeypatch, errors, names=["wind"], stated=1.009, flow=True)
+    assert said.verdict is Verdict.none_of_these
+    assert "little beside its gusts" in said.reasons[0]
+
+
+def test_nothing_is_missing_where_the_stated_model_predicts_as_well(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Every channel of the stated model in its band, and no error that falls by the effect."""
+    said = answer(monkeypatch, channel(1.0, 1.0, 1.0), names=["payload"], stated=1.009)
+    assert said.verdict is Verdict.nothing_missing
 
 
 def test_an_interval_that_holds_zero_is_no_name(monkeypatch: pytest.MonkeyPatch) -> None:

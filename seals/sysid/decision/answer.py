@@ -133,11 +133,11 @@ def reported(claims: Sequence[Claim[H]], rule: TieRule) -> tuple[Claim[H], ...]:
 
 
 def verdict_of(claims: Sequence[Claim[H]]) -> Verdict:
-    """Return the verdict 'ambiguous' where every claim has rivals that fit equally well.
+    """Return the verdict 'ambiguous' where a claim has rivals that fit equally well.
 
-    One claim that stands alone makes the answer a name; the rivals of the others are its sets.
+    The others of the answer are certain then, but the answer as a whole is not one model.
 
     Args:
         claims: effects of the answer, one at least.
     """
-    return Verdict.ambiguous if all(claim.rivals for claim in claims) else Verdict.named
+    return Verdict.ambiguous if any(claim.rivals for claim in claims) else Verdict.named

@@ -189,7 +189,7 @@ class DecisionPolicy:
         "outside its band",
     )
     error_falls: float = threshold(
-        0.005,
+        0.01,
         "1",
         "share by which the error must fall from the stated model to the one with a named effect",
     )
@@ -261,6 +261,11 @@ class DecisionPolicy:
     )
     behind: float = threshold(
         150.0, EVIDENCE, "distance to the best rough fit beyond which a fit is not finished"
+    )
+    unsettled: float = threshold(
+        30.0,
+        EVIDENCE,
+        "gap to the best fit, repeated about its own values, within which others are repeated too",
     )
     behind_share: float = threshold(
         0.25, "1", "share of the best rough fit's gain that is added to that distance"

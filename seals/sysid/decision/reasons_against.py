@@ -217,9 +217,9 @@ def _force_of(problem: Problem, best: EvidenceHypothesis, flow: Candidate) -> fl
 
 def weak_flows(problem: Problem, best: EvidenceHypothesis) -> list[Candidate]:
     """Return the flows of a model that act throughout and are hardly stronger than their gusts."""
-    least = float(problem.vehicle.gust[0]) / problem.policy.turbulence
-    flows = (c for c in best.candidates if c.identification.gusty and c.activity is None)
-    return [flow for flow in flows if _force_of(problem, best, flow) <= least]
+    flows = [c for c in best.candidates if c.identification.gusty and c.activity is None]
+    most = problem.vehicle.gust[0] / problem.policy.turbulence if flows else 0.0
+    return [flow for flow in flows if _force_of(problem, best, flow) <= most]
 
 
 _PARTS = ((0.0, 1.0 / 3.0), (1.0 / 3.0, 2.0 / 3.0), (2.0 / 3.0, 1.0), (0.0, 0.5))

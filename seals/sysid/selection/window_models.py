@@ -108,8 +108,13 @@ class WindowModels:
         if best.score - calm < least[best.label]:
             return None
         best = self._retimed(best)
-        followed = self.problem.impact or not self.problem.samples.posed
-        return best if followed else converged(self.problem, self.nominal, best)
+        if self.problem.impact or not self.problem.samples.posed:
+            return best
+        settled = converged(self.problem, self.nominal, best)
+        # a rival that has not settled loses by the way that is left to it
+        near = [h for h in tried if h.score >= max(best.score - policy.unsettled, least[h.label])]
+        rivals = [converged(self.problem, self.nominal, h) for h in near if h.names != best.names]
+        return max(settled, *rivals, key=lambda h: h.score) if rivals else settled
 
     def _release(self, best: EvidenceHypothesis, others: Sequence[EvidenceHypothesis]) -> None:
         """Release the linearisations that neither the nominal nor the best model stands on."""
