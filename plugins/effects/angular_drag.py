@@ -98,7 +98,10 @@ class DragAngular(Effect):
         spread, inertia = subject.spread(f"{name}_coefficient"), np.diag(subject.robot.inertia[0])
         size = np.maximum(0.5 * nominal, 2.0 * inertia)
         linear = along_axes("coefficient", spread * nominal, size, low=-nominal)
-        square = along_axes("quadratic", spread * squared, np.maximum(squared, inertia))
+        # with less than none of it a rotation would feed itself
+        square = along_axes(
+            "quadratic", spread * squared, np.maximum(squared, inertia), low=-squared
+        )
         usual = Addition(
             instance=f"{name}_{medium.value}_change",
             effect=cls(medium=medium),

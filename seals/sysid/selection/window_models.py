@@ -27,7 +27,7 @@ from seals.sysid.predictors.surface_model_error import surface_model_error
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.channels import channel_errors
 from seals.sysid.scores.disturbance_level import disturbance_level
-from seals.sysid.scores.held_out import held_out_fall, held_out_misfit
+from seals.sysid.scores.held_out import fall_by, held_out_fall, held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis, is_significant, scored
 from seals.sysid.selection.initial_guesses import initial_guesses
 from seals.sysid.selection.nominal_model import about_other_numbers, estimate_disturbance
@@ -170,7 +170,7 @@ class WindowModels:
         """Drop, one by one, effects below the evidence required of a further one.
 
         A single one for a time is compared with others at its times first. Nor does one pay that
-        has no size: beside it the fit got stuck elsewhere.
+        has no size, beside which the fit got stuck elsewhere, or that hardly lowers the error.
         """
         jobs = in_place_of_timed(self.problem, best) if len(best.candidates) == 1 else []
         tried = list(fitted(best.fitter, jobs, self.nominal, best, processes=self.processes))
@@ -192,6 +192,7 @@ class WindowModels:
                 if best.score - h.score < self._required(h, added)
                 or not is_significant(added, best.fit, best.fitter.candidate_set)
                 or not self._bears_out(h, best)
+                or fall_by(best, added) < self.problem.policy.error_falls
             ]
             if not spare:
                 break
