@@ -13,8 +13,9 @@ import pytest
 from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.decision.required_evidence import required_evidence
 from seals.sysid.predictors.normal_equations import Fit
+from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import is_determined
-from seals.sysid.scores.held_out import held_out_fall
+from seals.sysid.scores.held_out import fall_by, held_out_fall
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection import onsets, window_models
 from seals.sysid.selection.onsets import ends_with_start
@@ -73,6 +74,12 @@ def test_a_misfit_below_zero_is_no_fit(misfit: tuple[float, float], sound: bool)
     assert is_determined(np.array(misfit)) is sound
 
 
+@pytest.fixture(autouse=True)
+def whole_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every effect lowers the misfit by itself, unless a test says how much."""
+    monkeypatch.setattr(window_models, "fall_by", lambda found, effect: 0.5)
+
+
 def family(gust: float) -> WindowModels:
     """A family of models of a log with some level of gusts."""
     made = WindowModels.__new__(WindowModels)
@@ -127,6 +134,47 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
     monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
     assert made._without_superfluous(both, [])[0].candidates == (wind,)
+
+
+def test_an_effect_that_hardly_lowers_the_error_is_superfluous(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A score of hundreds, from a law that is not quite exact, and half a per cent of the misfit."""
+    both = model(["wind", "payload"], misfit=1.0, score=9000.0)
+    sizes = dict.fromkeys((k for c in both.candidates for k in c.keys), 5.0)
+    both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
+    smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
+    made = family(0.2)
+    made._surface_error = None
+    made.processes, made.nominal = 1, both
+    made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
+    monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
+    monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
+    falls = {"wind": 0.5, "payload": 0.005}
+    monkeypatch.setattr(window_models, "fall_by", lambda found, effect: falls[effect.name])
+    assert [c.name for c in made._without_superfluous(both, [])[0].candidates] == ["wind"]
+
+
+@pytest.mark.parametrize(("lowered", "share"), [(0.0, 0.0), (2.0, 0.8)])
+def test_what_an_effect_lowers_is_counted_with_all_else_as_fitted(
+    lowered: float, share: float
+) -> None:
+    """Without it a residual of 1 is sqrt(1 + 2^2) at every reading: 1 - 1 / 5 of the misfit."""
+    found = model(["wind"], misfit=1.0, score=50.0)
+    (wind,) = found.candidates
+
+    def misfit(values: dict[str, float]) -> Whitened:
+        size = 1.0 if values[wind.keys[0]] else math.sqrt(1.0 + lowered**2)
+        return Whitened(
+            outputs=np.full((3, 4, 1), size),
+            absorbed=np.zeros((3, 1, 1)),
+            cross=np.zeros((3, 1, 1)),
+        )
+
+    fitter: Any = SimpleNamespace(misfit=misfit)
+    values = {**found.fit.values, wind.keys[0]: 2.0}
+    known = replace(found, fitter=fitter, fit=replace(found.fit, values=values))
+    assert fall_by(known, wind) == pytest.approx(share)
 
 
 def test_a_smaller_model_is_judged_about_its_own_values(monkeypatch: pytest.MonkeyPatch) -> None:

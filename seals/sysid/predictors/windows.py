@@ -163,15 +163,29 @@ class Windows:
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]
         self.weight = np.stack(weight, axis=1)[self.rows]
-        late = int(np.ceil(self.delay / self.samples.step)) if self.delay > 0.0 else 0
-        for i, name in enumerate(self.channel_of):
-            if name in ("angular_velocity", "specific_force"):
-                # what a late sensor reads first lies before the window
-                self.weight[:, :late, i] = 0.0
         self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
+        self._leave_out(self.late)
+
+    @property
+    def late(self) -> int:
+        """Rows at the start of a window whose inertial readings were taken before it."""
+        return int(np.ceil(self.delay / self.samples.step)) if self.delay > 0.0 else 0
+
+    def _leave_out(self, late: int) -> None:
+        """Leave out the first inertial readings of every window, and count the others."""
+        self.weight[:, :late, self._inertial] = 0.0
         free = 0 if self._stated is not None else self.size
         self.freedom = np.count_nonzero(self.weight, axis=(1, 2)) - free
         self.observed = int(self.freedom.sum())
+
+    def without_first(self, late: int) -> Windows:
+        """Return the same windows without the inertial readings of their first rows."""
+        other = copy.copy(self)
+        for name in ("_marginal", "_weights"):
+            other.__dict__.pop(name, None)
+        other.weight = self.weight.copy()
+        other._leave_out(late)
+        return other
 
     def _gusts(self, gust: Floats, extra: Floats | None) -> None:
         """Hat functions of the gusts, and the inverse of the gusts' covariance."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,6 +34,18 @@ class EvidenceHypothesis(Hypothesis):
     def misfit(self) -> float:
         """Misfit per degree of freedom; 1 is the noise floor."""
         return float(self.fit.misfit.sum() / self.fitter.windows.observed)
+
+    @cached_property
+    def _costs(self) -> dict[int, float]:
+        return {self.fitter.windows.late: self.fit.cost}
+
+    def cost_without(self, late: int) -> float:
+        """Return the cost without the first rows of inertial readings in every window."""
+        if late not in self._costs:
+            rows = self.fitter.windows.without_first(late)
+            misfit = self.fitter.with_windows(rows).misfit(self.fit.values)
+            self._costs[late] = float(misfit.product(misfit).sum()) + self.fit.penalty
+        return self._costs[late]
 
 
 def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
@@ -88,9 +101,8 @@ def scored(
 ) -> EvidenceHypothesis:
     """Score a fit against that of the stated model."""
     candidate_set = fitter.candidate_set
-    # windows that follow a late sensor leave out rows, each worth one
-    dropped = nominal.fitter.windows.observed - fitter.windows.observed
-    gain = nominal.fit.cost - fit.cost - dropped
+    # windows that follow a late sensor leave out rows, which count for neither
+    gain = nominal.cost_without(fitter.windows.late) - fit.cost
     paid = occam_factor(fit, candidate_set) - occam_factor(nominal.fit, candidate_set)
     paid += sum(c.activity.occam_factor for c in candidates if c.activity is not None)
     score = gain - paid if np.isfinite(gain - paid) else -np.inf

@@ -29,6 +29,7 @@ _ROUNDS = 2
 _REPEATS = 4
 """Times that those are repeated for a hypothesis that is built on, at most."""
 _STEPS = (3e-3, 1e-3, 3e-4)
+_MOVES = 8
 """Steps of the search for a delay [s]."""
 
 
@@ -185,13 +186,24 @@ def estimate_sensor_delay(
     """
     best, near = hypothesis, [hypothesis, hypothesis]
     for step in _STEPS:
-        for _ in range(3):
+        for _ in range(_MOVES):
             at = best.fitter.windows.delay
             near = [_at_delay(nominal, best, at + side * step) for side in (-1.0, 1.0)]
-            if max(h.score for h in near) <= best.score:
+            ahead = max(near, key=lambda h: _better(h, best))
+            if _better(ahead, best) <= 0.0:
                 break
-            best = max(near, key=lambda h: h.score)
+            best = ahead
     return parabola_peak(nominal, best, near)
+
+
+def _better(other: EvidenceHypothesis, best: EvidenceHypothesis) -> float:
+    """Return by how much the score of a fit is higher, as if both saw equally many readings.
+
+    Windows leave out a row more at each whole row of the delay: in the score that is a step, which
+    would hold the delay there.
+    """
+    rows, others = best.fitter.windows.observed, other.fitter.windows.observed
+    return float(best.fit.cost - other.fit.cost * rows / others)
 
 
 def parabola_peak(
@@ -208,7 +220,7 @@ def parabola_peak(
         best: at the middle.
         near: a step earlier and a step later.
     """
-    before, after = (h.score - best.score for h in near)
+    before, after = (_better(h, best) for h in near)
     bend = -(before + after)
     at = best.fitter.windows.delay
     step = near[1].fitter.windows.delay - at
@@ -216,7 +228,7 @@ def parabola_peak(
         return best
     spread = float(step / np.sqrt(0.5 * bend))
     top = _at_delay(nominal, best, at + 0.5 * step * (after - before) / bend)
-    chosen = max(top, best, key=lambda h: h.score)
+    chosen = top if _better(top, best) > 0.0 else best
     return replace(
         chosen, fit=replace(chosen.fit, known={best.fitter.candidate_set.sensor_delay: spread})
     )
