@@ -139,7 +139,7 @@ def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) ->
 def test_an_effect_that_hardly_lowers_the_error_is_superfluous(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A score of hundreds, from a law that is not quite exact, and half a per cent of the misfit."""
+    """A score of hundreds, from a law that is not quite exact, and 0.5 % of the misfit."""
     both = model(["wind", "payload"], misfit=1.0, score=9000.0)
     sizes = dict.fromkeys((k for c in both.candidates for k in c.keys), 5.0)
     both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
