@@ -58,7 +58,7 @@ class Proposal(NamedTuple):
     share: float
 
 
-class Outcome(Protocol):
+class _Outcome(Protocol):
     """Result of a trial step."""
 
     @property
@@ -68,7 +68,7 @@ class Outcome(Protocol):
 
 T = TypeVar("T", bound=Iterate)
 T_contra = TypeVar("T_contra", bound=Iterate, contravariant=True)
-Found = TypeVar("Found", bound=Outcome)
+Found = TypeVar("Found", bound=_Outcome)
 
 
 class LeastSquares(Protocol[T_contra, Found]):

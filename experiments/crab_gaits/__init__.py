@@ -83,7 +83,7 @@ def _gaits(out: Path, overrides: Sequence[str]) -> None:
             ],
         )
     )
-    draw_falls(walks, out / "foot_falls.png")
+    _draw_falls(walks, out / "foot_falls.png")
 
 
 def _trials(out: Path, seeds: int, only: Sequence[str]) -> None:
@@ -136,7 +136,7 @@ SPAN = 1.5
 """Time that is shown [s]."""
 
 
-def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
+def _draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
     """Draw the stance phases of all feet, one row of the figure per walk.
 
     Args:

@@ -118,7 +118,7 @@ _WIDTH = 160
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class _Outcome:
     """Result of ``seals calibrate``: the calibration and what is derived from it.
 
     Args:
@@ -167,7 +167,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def _outcome(given: GivenLogs, tell: Any) -> Outcome:
+def _outcome(given: GivenLogs, tell: Any) -> _Outcome:
     """Calibrate, derive the edited robot files, and propose the next flight."""
     config = given.config
     held = config.held_out
@@ -185,10 +185,10 @@ def _outcome(given: GivenLogs, tell: Any) -> Outcome:
     found = replace(found, source=sources(given.places), given=words)
     folder = Path(config.robot.folder) if config.robot.folder else None
     edit = None if folder is None or robot is None else edited(found, folder, robot.robot)
-    return Outcome(found=found, edit=edit, flight=_next_flight(found) if config.plan else None)
+    return _Outcome(found=found, edit=edit, flight=_next_flight(found) if config.plan else None)
 
 
-def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
+def _write(config: Any, outcome: _Outcome, out: Path) -> list[Path]:
     """Write all files of a calibration; return their paths."""
     found, edit, flight = outcome.found, outcome.edit, outcome.flight
     answer = {**found.to_dict(), "next_experiment": None if flight is None else flight.to_dict()}
@@ -210,7 +210,7 @@ def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
     return pages
 
 
-def _print(outcome: Outcome) -> None:
+def _print(outcome: _Outcome) -> None:
     """Print the table of numbers with remarks."""
     from rich.console import Console
     from rich.markup import escape

@@ -44,7 +44,7 @@ def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateS
     found: list[Candidate] = []
     taken: set[tuple[Any, ...]] = set()
     for instance, effect in _offered(settings, robot, nominal).items():
-        name = name_of(effect)
+        name = _name_of(effect)
         law = (name, getattr(effect, "medium", None), tuple(effect.links))
         if law in taken:
             continue
@@ -66,12 +66,12 @@ def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateS
     )
 
 
-def name_of(effect: Effect) -> str:
+def _name_of(effect: Effect) -> str:
     """Return the name of an effect among the candidates.
 
     Example:
         >>> from seals.registry import get
-        >>> name_of(get("effect", "lift").load()())
+        >>> _name_of(get("effect", "lift").load()())
         'lift'
     """
     law = type(effect)
@@ -115,11 +115,11 @@ def _offered(
         for n, e in settings.effects.items()
         if n not in nominal and "weight" not in e.accounts_for
     }
-    held = {(name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
+    held = {(_name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
     for name, law, options in _installed(settings, robot):
         medium = options.get("medium")
         configured = any(
-            name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
+            _name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
         )
         rules = law.identification.compared
         if configured or ((name, medium) in held and rules is not None and rules.whole):

@@ -64,13 +64,13 @@ def execute(config: Any) -> int:
     refuse_undefined("plan", [found.best.separation])
     words = [f"robot={robot_name(config)}"] if config.robot.folder else []
     command = shlex.join(["seals", "run", f"experiment={out / EXPERIMENT}", *words])
-    write_plan(found, out, given=given, meta=log.meta, command=command)
+    _write_plan(found, out, given=given, meta=log.meta, command=command)
     print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
     print(f"Next, to fly it in the simulator:\n  {command} out=ANOTHER_LOG")
     return 0
 
 
-def write_plan(
+def _write_plan(
     plan: Plan, out: Path, *, given: GivenLogs, meta: Mapping[str, Any], command: str
 ) -> None:
     """Write the plan's numbers, picture and experiment into a folder.

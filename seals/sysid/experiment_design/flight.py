@@ -140,7 +140,7 @@ def _flown(
     trajectory = Trajectory.joined(states[::thin], lengths)
     commands = np.concatenate([command[:n, k] for k, n in enumerate(lengths)])
     bends = np.concatenate([p.joints for p in flights])
-    plant = planned_plant(
+    plant = _planned_plant(
         problem,
         trajectory,
         lengths,
@@ -279,11 +279,11 @@ def _dropped(
     lengths = [rows] * len(jobs)
     none = np.zeros((rows * len(jobs), 0))
     nobody: dict[str, Any] = {"command": none, "joint_command": none, "voltage": None}
-    blank = planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
+    blank = _planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
     trajectory = simulated_trajectory(
         blank.samples, vehicle, parts=problem.plant.parts, plant=blank, values=values
     )
-    plant = planned_plant(problem, trajectory, lengths, step, vehicle=vehicle, **nobody)
+    plant = _planned_plant(problem, trajectory, lengths, step, vehicle=vehicle, **nobody)
     runs = [
         Run(manoeuvre=m, load=0.0, path=None, first=k * rows, last=(k + 1) * rows)
         for k, (m, _) in enumerate(jobs)
@@ -322,7 +322,7 @@ class _Planned(Plant):
         return super().twin({**values, **full}, batch, stiff=stiff, over_steps=over_steps)
 
 
-def planned_plant(
+def _planned_plant(
     problem: Problem,
     trajectory: Trajectory | None,
     lengths: Sequence[int],

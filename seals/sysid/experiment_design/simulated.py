@@ -161,7 +161,7 @@ def _fly(
     rows: int,
     parts: int,
     volts: float | None,
-) -> Track:
+) -> _Track:
     """Let the transients of a vehicle decay, then record rows in which it follows commands or none.
 
     Args:
@@ -202,10 +202,10 @@ def _fly(
             orders.append([np.zeros(0) if x is None else x[0] for x in given])
     seen.append(actor.body.read())
     commands, joints = (np.array(x) for x in zip(*orders, strict=True))
-    return Track(stacked(seen), commands, joints)
+    return _Track(stacked(seen), commands, joints)
 
 
-class Track(NamedTuple):
+class _Track(NamedTuple):
     """One simulated run.
 
     Args:
@@ -222,7 +222,7 @@ class Track(NamedTuple):
 def _measured(
     experiment: Experiment,
     model: Model,
-    track: Track,
+    track: _Track,
     *,
     parts: int,
     volts: float | None,
@@ -264,7 +264,7 @@ def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) ->
     return values + sigma * rng.standard_normal(values.shape)
 
 
-def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
+def _exact(experiment: Experiment, model: Model, track: _Track, parts: int) -> dict[str, Floats]:
     """Return the readings without noise, one row for each row of the log."""
     vehicle, step = model.vehicle, experiment.step
     at, joints = np.arange(len(track.commands)) * parts, track.joints.shape[1]

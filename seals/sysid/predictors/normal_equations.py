@@ -86,7 +86,7 @@ class Fit:
     def _scatter(self, key: str) -> float:
         """1-sigma of one parameter by noise, or by the windows where they scatter more."""
         k = self.keys.index(key)
-        return float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+        return float(np.sqrt(max(self.covariance[k, k], _sandwich_covariance(self)[k, k])))
 
     def joint_covariance(self, keys: Sequence[str], spreads: Sequence[float]) -> Floats:
         """Return the covariance of some parameters that are reported with wider intervals.
@@ -151,7 +151,7 @@ def posterior_covariance(information: Floats, precision: Floats) -> Floats:
     return covariance
 
 
-def sandwich_covariance(fit: Fit) -> Floats:
+def _sandwich_covariance(fit: Fit) -> Floats:
     """Compute the sandwich covariance of a fit from the scatter between its windows.
 
     Equation:
@@ -179,7 +179,7 @@ def sandwich_covariance(fit: Fit) -> Floats:
         ...     centre=np.zeros(1),
         ...     penalty=0.0,
         ... )
-        >>> sandwich_covariance(fit)
+        >>> _sandwich_covariance(fit)
         array([[9.]])
     """
     count = len(fit.right)

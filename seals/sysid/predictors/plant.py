@@ -87,7 +87,7 @@ class Plant:
         self._drives: dict[tuple[float, float, float], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
-        self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
+        self._stiff = {n for n, e in effects.items() if e.stiff and _of_joints_alone(e)}
         self._quiet = {
             n
             for n, e in effects.items()
@@ -390,7 +390,7 @@ class Plant:
         return np.broadcast_to(np.sum(turns, axis=0), (rows, 3))
 
 
-def of_joints_alone(effect: Effect) -> bool:
+def _of_joints_alone(effect: Effect) -> bool:
     """Return true if a law's torque depends on the joints alone, not on motion and medium."""
     return has_hook(effect, "joint_loads") and not names_any(
         effect, "joint_loads", ("motion", "medium")

@@ -108,7 +108,7 @@ def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
     if "specific_force" not in samples.channels or not enters(plant, trajectory):
         return np.zeros(samples.rows)
     up = matrix_of(trajectory.quaternion)[:, 2, :]
-    felt = filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
+    felt = _filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
     beside: Floats = np.linalg.norm(felt - up * lift[:, None], axis=1)
     return beside
 
@@ -119,7 +119,7 @@ def _widest(values: Floats) -> Floats:
     return np.maximum(values, beside)
 
 
-def filled(samples: Samples, name: str) -> Floats:
+def _filled(samples: Samples, name: str) -> Floats:
     """Return a channel with lost samples interpolated linearly."""
     values: Floats = samples.channels[name].copy()
     for first, last in samples.runs:

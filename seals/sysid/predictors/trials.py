@@ -98,7 +98,7 @@ def _silent(candidate_set: CandidateSet, key: str) -> bool:
     return effect is None or any(has_hook(effect, h) for h in ("measure", "pose_turn", "timing"))
 
 
-def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
+def _mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
     """Draw trials in the neighbourhood of others.
 
     Args:
@@ -144,7 +144,7 @@ def nearest_trajectories(
     chosen = trials(plant, leave=leave)
     misfit, tracks = run(chosen)
     for _ in range(_GENERATIONS):
-        more = mutated(plant, parents(chosen, misfit))
+        more = _mutated(plant, _parents(chosen, misfit))
         found = run(more)
         chosen = [*chosen, *more]
         misfit = np.concatenate([misfit, found[0]])
@@ -160,7 +160,7 @@ def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
     return Trajectory(*(np.concatenate([track[part] for part in rows]) for track in tracks))
 
 
-def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
+def _parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
     """Return the nearest trial of each effect, best first."""
     best: dict[int, Trial] = {}
     for k in np.argsort(misfit.sum(axis=1)):

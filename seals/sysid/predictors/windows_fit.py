@@ -328,7 +328,7 @@ class Fitter:
         expansion_point: ExpansionPoint | None,
     ) -> Fit:
         """Minimise the cost over some keys, the others eliminated to first order."""
-        descent = Descent(self, now.keys, moving, rule.absolute, expansion_point)
+        descent = _Descent(self, now.keys, moving, rule.absolute, expansion_point)
         task = descent.task(now)
         minimise(descent, [task], rule, steps=iterations)
         return task.fit
@@ -450,7 +450,7 @@ class TrialPoint(NamedTuple):
     misfit: Whitened
 
 
-class Descent:
+class _Descent:
     """Least-squares problem of some parameters of a fitter.
 
     Args:

@@ -149,10 +149,10 @@ def _found(
     )
     if not given.config.plan:
         return found
-    return replace(found, next_experiment=proposed(found))
+    return replace(found, next_experiment=_proposed(found))
 
 
-def proposed(found: Diagnosis) -> dict[str, Any] | None:
+def _proposed(found: Diagnosis) -> dict[str, Any] | None:
     """Return the manoeuvre that would tell the open effects apart, see ``seals plan``, or None."""
     from seals.sysid.experiment_design.ranking import propose
 

@@ -75,7 +75,7 @@ def compare(given: GivenLogs, out: Path) -> int:
     found = replace(found, source=source)
     write_json(out / ANSWER, finite(found.to_dict()))
     pages = [_report(found, log.name, out)] if given.config.report else []
-    print(sentence(found))
+    print(_sentence(found))
     for page in (out / ANSWER, *pages):
         print(page)
     return found.verdict.exit_code
@@ -119,7 +119,7 @@ def _read(given: GivenLogs, words: Sequence[str]) -> list[Log]:
     ]
 
 
-def sentence(found: HealthyDiagnosis) -> str:
+def _sentence(found: HealthyDiagnosis) -> str:
     """Return verdict, effects and what they rest on as a few lines of text."""
     table, lines = found.to_dict(), [_HEADS[found.verdict]]
     for effect in table["effects"]:
@@ -156,7 +156,7 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
     """Write the page and return its path."""
     table = found.to_dict()
     healthy = table["healthy"]
-    blocks: list[Block] = [Paragraph(text=line) for line in sentence(found).splitlines()]
+    blocks: list[Block] = [Paragraph(text=line) for line in _sentence(found).splitlines()]
     facts = {
         "verdict": found.verdict.value.replace("_", " "),
         "evidence [2 ln B]": figure(found.changed.evidence, digits=3),

@@ -26,28 +26,28 @@ def execute(config: Any) -> int:
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
     out = Path(settings.out or HydraConfig.get().runtime.output_dir)
-    write_json(out / ANSWER, finite(as_data(found)))
+    write_json(out / ANSWER, finite(_as_data(found)))
     _write_runs_report(found, out)
     for one in found:
-        print(sentence(one))
+        print(_sentence(one))
     print(f"\n{out / ANSWER}")
-    return exit_code(found)
+    return _exit_code(found)
 
 
-def as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
+def _as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
     """Return the output of one diagnosis, or of several under the key ``groups``."""
     if len(found) == 1:
         return found[0].to_dict()
     return {"groups": {one.name: one.to_dict() for one in found}}
 
 
-def exit_code(found: Sequence[RunsDiagnosis]) -> int:
+def _exit_code(found: Sequence[RunsDiagnosis]) -> int:
     """Return the exit code of the verdict; of several verdicts the most informative one."""
     order = list(Verdict)
     return max((one.answer.verdict for one in found), key=lambda v: -order.index(v)).exit_code
 
 
-def sentence(one: RunsDiagnosis) -> str:
+def _sentence(one: RunsDiagnosis) -> str:
     """Return the result of a diagnosis of runs as a few lines of text."""
     table = one.to_dict()
     heads = {
@@ -77,7 +77,7 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     sections = [_rank(one) for one in found]
     for one in found:
-        group = group_of(one)
+        group = _group_of(one)
         picture = folder / f"{file_name(one.name)}.png"
         shown = next((k for k, c in enumerate(group.cases) if c.held_out), 0)
         write_picture(picture, case_charts(group, shown))
@@ -95,7 +95,7 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     return write_page(folder / "report.html", f"Diagnosis: {found[0].name}", sections)
 
 
-def group_of(one: RunsDiagnosis) -> Group:
+def _group_of(one: RunsDiagnosis) -> Group:
     """Return nominal and chosen model as the variants of a comparison."""
     cases = one.search.validator.experiment.cases
     return Group(

@@ -156,7 +156,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
             most = max(own, key=lambda e: e["stated"] ** 2 - e["after"] ** 2)
             unit = unit_text(most["unit"])
             lines.append(f"  {most['name']} {_fall(most['rms'][:count])} {unit} within a second")
-    quiet = overstated(table)
+    quiet = _overstated(table)
     if quiet:
         lines.append(
             f"  stated noise or gusts are too large: the residual is {quiet} of the stated noise. "
@@ -165,7 +165,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def overstated(table: Mapping[str, Any]) -> str:
+def _overstated(table: Mapping[str, Any]) -> str:
     """Return the residuals far below the stated noise and gusts, as shares, with their channels.
 
     Args:

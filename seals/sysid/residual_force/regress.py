@@ -119,7 +119,7 @@ class Table:
             ridge: their prior precision.
             mixed: whether the parts held out are scattered windows instead of long blocks.
         """
-        fold = folds(self.found.count, mixed=mixed)
+        fold = _folds(self.found.count, mixed=mixed)
         out = np.zeros(self.found.count)
         for part in range(int(fold.max()) + 1):
             test = fold == part
@@ -132,7 +132,7 @@ class Table:
         return self.gram[:, index][:, :, index]
 
 
-def folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:
+def _folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:
     """Return the cross-validation fold of every window."""
     parts = min(FOLDS, count)
     return np.arange(count) % parts if mixed else np.arange(count) * parts // count
