@@ -119,3 +119,9 @@ def forward(tree: Tree, position: Array, rotation: Array, joints: Array) -> tupl
         turns.append(turn)
     origins, rotations = xp.stack(places, axis=1), xp.stack(turns, axis=2)
     return xp.permute_dims(origins, (2, 1, 0)), xp.permute_dims(rotations, (3, 2, 0, 1))
+
+
+def rest_poses(tree: Tree) -> tuple[Floats, Floats]:
+    """Return origins (L, 3) [m] and rotations (L, 3, 3) of all links in base axes, joints at 0."""
+    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, tree.joints)))
+    return origins[0], turns[0]

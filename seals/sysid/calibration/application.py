@@ -20,7 +20,7 @@ from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.stated import StatedNumber
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Problem, linearise_model
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.sysid.report.naming import figure
@@ -107,7 +107,9 @@ def _problem(found: Calibration, number: StatedNumber) -> Problem:
     field = number.key.partition(".")[2]
     candidate = Candidate(name=number.name, keys=(number.key,), reported=(field,))
     candidate_set = replace(held, parameters=parameters, candidates=(*held.candidates, candidate))
-    plant = Plant(problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts)
+    plant = ExtendedModel(
+        problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts
+    )
     fitter = linearise_model(plant, found.solution.fitter.trajectory, {})
     return replace(problem, plant=plant, fitter=fitter)
 

@@ -29,7 +29,7 @@ from seals.sysid.experiment_design.control import (
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
 from seals.sysid.experiment_design.scene import ARM, CROSSING, WATER, Scene
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Problem, transient_rows
 from seals.sysid.predictors.rollout import simulated_trajectory
 from seals.world.drivetrain import Response, response_of
@@ -79,7 +79,7 @@ class Rehearsal:
         runs: which rows belong to which manoeuvre.
     """
 
-    plant: Plant
+    plant: ExtendedModel
     trajectory: Trajectory
     runs: tuple[Run, ...]
 
@@ -304,13 +304,13 @@ def _release(
     }
 
 
-class _Planned(Plant):
-    """Plant whose added inertia varies over the batch if one of its parameters does."""
+class _Planned(ExtendedModel):
+    """ExtendedModel whose added inertia varies over the batch if one of its parameters does."""
 
     def twin(
         self, values: Mapping[str, Any], batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
-        """Batch dynamics of the stated model with changes, see `Plant.twin`."""
+        """Batch dynamics of the stated model with changes, see `ExtendedModel.twin`."""
         effects = self.candidate_set.effects
         arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
         moved = {n for n in arrays if has_hook(effects[n], "inertia")}
@@ -332,7 +332,7 @@ def _planned_plant(
     joint_command: Floats,
     voltage: Floats | None,
     vehicle: Vehicle | None = None,
-) -> Plant:
+) -> ExtendedModel:
     """Return the model of a vehicle along simulated flights, with the sensors of the log."""
     vehicle = problem.vehicle if vehicle is None else vehicle
     ends = np.cumsum(lengths)

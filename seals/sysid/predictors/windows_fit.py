@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.least_squares import Backtracking, Iterate, Proposal, minimise
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
@@ -23,7 +24,6 @@ from seals.sysid.predictors.linearise import (
     predict,
 )
 from seals.sysid.predictors.normal_equations import Fit, newton_step, reserve
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.tempering import approached
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
@@ -73,7 +73,7 @@ class Fitter:
 
     def __init__(
         self,
-        plant: Plant,
+        plant: ExtendedModel,
         trajectory: Trajectory,
         dynamics: Dynamics | ReleasableDynamics,
         windows: Windows,

@@ -17,8 +17,8 @@ from seals.batch import TwinState
 from seals.frames import exponential, multiply
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
 from seals.sysid.predictors.normal_equations import newton_step, reserve
-from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -92,7 +92,7 @@ def tipped(fitter: Fitter) -> float:
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
-def _attitude(plant: Plant, state: TwinState, values: Mapping[str, float]) -> Floats:
+def _attitude(plant: ExtendedModel, state: TwinState, values: Mapping[str, float]) -> Floats:
     """Measured attitude q_WB_xyzw: the true one, turned where an effect turns the pose."""
     turn = plant.pose_turn(values, len(state.quaternion))
     if turn is None:
@@ -109,7 +109,9 @@ def simulated_readings(
         The log with readings of the simulation, and its states; None where they leave all bounds.
     """
     plant, rows = fitter.plant, fitter.windows.rows
-    fine = Plant(plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts)
+    fine = ExtendedModel(
+        plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts
+    )
     fine.command_delay = plant.command_delay
     used = nonzero(values)
     twin, drive = fine.twin(used, len(rows)), fine.drive(used)

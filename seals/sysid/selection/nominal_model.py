@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from seals.sysid.predictors.plant import nonzero
+from seals.sysid.predictors.extended_model import nonzero
 from seals.sysid.predictors.problem import Problem, linearise_model, rewindowed
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis

@@ -55,7 +55,7 @@ class Held(Enum):
     row = "what is in force at the row itself"
 
 
-class Plant:
+class ExtendedModel:
     """Model of a vehicle with all candidate parameters, evaluated at rows of a log.
 
     Args:
@@ -102,7 +102,7 @@ class Plant:
         self.activity: Mapping[str, Activity] = {}
         self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
 
-    def acting(self, candidates: Sequence[Candidate]) -> Plant:
+    def acting(self, candidates: Sequence[Candidate]) -> ExtendedModel:
         """Return the plant with some effects restricted to their active times."""
         activity = {k: c.activity for c in candidates if c.activity for k in c.all_keys}
         if activity == self.activity:
