@@ -11,6 +11,7 @@ from typing import Any
 
 from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, SealsError
+from seals.file_names import refuse_taken
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
 from seals.logs.false_readings import without_false_readings
@@ -100,16 +101,11 @@ def execute(config: Any) -> int:
         if not value:
             raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
     out = Path(str(config.out))
-    if out.exists():
-        # anything but a log folder is kept
-        if not config.replace:
-            raise ConfigError(
-                f"out={out} exists already.\nChoose another name, or give replace=true"
-            )
-        if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
-            raise ConfigError(
-                f"out={out} is not a log folder, so it is kept.\nChoose another name."
-            )
+    refuse_taken(out, key="out", replace=config.replace)
+    # anything but a log folder is kept
+    marks = (out / name for name in (*TABLES, "meta.yaml"))
+    if out.exists() and not (out.is_dir() and any(mark.is_file() for mark in marks)):
+        raise ConfigError(f"out={out} is not a log folder, so it is kept.\nChoose another name.")
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}

@@ -57,7 +57,7 @@ def with_folder(root: str, words: Sequence[str], *, several: bool) -> list[str]:
     ]
 
 
-def _question(words: Sequence[str]) -> list[str]:
+def question(words: Sequence[str]) -> list[str]:
     """Return the words of ``seals plan`` with the effects in question under their key.
 
     ``effects.NAME.FIELD=`` are those of the robot, as for other verbs.
@@ -66,7 +66,7 @@ def _question(words: Sequence[str]) -> list[str]:
         ConfigError: the key is mistyped.
 
     Example:
-        >>> _question(["effects=wind,tether", "effects.air_drag.coefficient_x=0"])
+        >>> question(["effects=wind,tether", "effects.air_drag.coefficient_x=0"])
         ['between=[wind,tether]', 'effects.air_drag.coefficient_x=0']
     """
     for word in words:

@@ -14,7 +14,7 @@ from seals.compare.predict import residuals
 from seals.compare.result import Comparison, Group
 from seals.compare.score import by_horizon, pooled, unit_words
 from seals.compare.variants import ModelVariant
-from seals.file_names import file_name
+from seals.file_names import REPORT, file_name
 from seals.logs.atomic import write_json
 from seals.report import (
     Block,
@@ -49,7 +49,7 @@ def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> 
             plots.mkdir(exist_ok=True)
             write_picture(plots / f"{file_name(case.name)}.png", case_charts(group, k))
     path = write_page(
-        folder / "report.html",
+        folder / REPORT,
         f"Comparison: {comparison.name}",
         sections_of(comparison),
         subtitle=f"{comparison.model}; computed in {comparison.seconds:.1f} s",

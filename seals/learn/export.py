@@ -14,6 +14,7 @@ import numpy as np
 
 from seals.errors import ConfigError, SealsError, optional_import, suggestion
 from seals.field_roles import roles
+from seals.file_names import refuse_taken
 from seals.learn.policy import NetworkPolicy, load_policy
 from seals.learn.shipped import policy_folder
 from seals.logs.atomic import write_bytes
@@ -65,8 +66,7 @@ def execute(config: Any) -> int:
     out = Path(str(config.out))
     if out.suffix != ".onnx":
         raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
-    if out.exists() and not (config.replace and out.is_file()):
-        raise ConfigError(f"out={out} exists.\nChoose another name, or add replace=true.")
+    refuse_taken(out, key="out", replace=config.replace and out.is_file())
     if not config.policy:
         raise ConfigError("policy is not given.\nSay which: seals export policy=FOLDER")
     policy = load_policy(policy_folder(str(config.policy)))

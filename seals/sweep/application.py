@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.errors import ConfigError, suggestion
+from seals.file_names import refuse_taken
 from seals.logs.atomic import write_table
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
@@ -161,10 +162,7 @@ def _refuse_targets(config: Any) -> None:
                 f"{key}={value}: '{path.suffix}' is not a file type for {key}.\n"
                 f"Allowed: {' or '.join(suffixes)}"
             )
-        if path.exists() and not config.replace:
-            raise ConfigError(
-                f"{key}={value} exists already.\nSay replace=true, or choose another."
-            )
+        refuse_taken(path, key=key, replace=config.replace)
     if config.plot is not None and not (config.metric and config.against):
         missing = "against" if config.metric else "metric"
         raise ConfigError(

@@ -47,13 +47,13 @@ class RunsSettings:
 _TEXTS = ("folder", "where", "metric", "sort", "table", "plot", "against", "by")
 
 
-def _quoted(words: Sequence[str]) -> list[str]:
+def quoted(words: Sequence[str]) -> list[str]:
     """Return the words of ``seals runs`` with their values in quotes.
 
     Conditions hold characters of Hydra's grammar.
 
     Example:
-        >>> _quoted(["where=seed<5, state=done", "replace=true"])
+        >>> quoted(["where=seed<5, state=done", "replace=true"])
         ["where='seed<5, state=done'", 'replace=true']
     """
     found = []

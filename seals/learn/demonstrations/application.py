@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, refuse_unlisted, suggestion
+from seals.file_names import refuse_taken
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import write_hdf5
 from seals.learn.demonstrations.folder import read, write
@@ -154,8 +154,6 @@ def _refuse(config: Any) -> None:
         words = suggestion(str(config.who), [who.value for who in Who])
         raise ConfigError(f"who={config.who} is unknown.\n{words}")
     for key in ("out", "hdf5"):
-        if config[key] and os.path.lexists(str(config[key])):
-            raise ConfigError(
-                f"{key}={config[key]} exists already.\nChoose another name, or move it away."
-            )
+        if config[key]:
+            refuse_taken(str(config[key]), key=key)
     training_seed(config.first)

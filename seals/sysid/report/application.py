@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, LogError
+from seals.file_names import DIAGNOSIS
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.logs.run_folder import ROBOT
@@ -34,7 +35,6 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.search import Search
 from seals.sysid.validation.writing import models_of
 
-ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
@@ -87,7 +87,7 @@ def execute(config: Any) -> int:
     print(sentence(found))
     print(_told(found, missing), end="")
     print(_commands(found, missing, out), end="")
-    for page in (out / ANSWER, *pages):
+    for page in (out / DIAGNOSIS, *pages):
         print(f"{page}")
     return found.answer.verdict.exit_code
 
@@ -210,4 +210,4 @@ def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:
-    write_json(out / ANSWER, finite(answer))
+    write_json(out / DIAGNOSIS, finite(answer))

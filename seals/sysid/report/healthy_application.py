@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from seals.errors import ConfigError, LogError
-from seals.file_names import short_path
+from seals.file_names import DIAGNOSIS, REPORT, short_path
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
@@ -23,7 +23,6 @@ from seals.sysid.healthy_flights.diagnosis import HealthyDiagnosis, HealthyFligh
 from seals.sysid.report.given_logs import GivenLogs, bad_data, given_logs, places_of, sources
 from seals.sysid.report.naming import figure, interval, percent
 
-ANSWER, PAGE = "diagnosis.json", "report.html"
 _TICKS = 32
 _STAGES = 3
 _ADVICE = "Give longer logs, or look for numbers far from all others."
@@ -73,10 +72,10 @@ def compare(given: GivenLogs, out: Path) -> int:
             return _refused(out, str(refusal))
     source = {**sources(given.places), "healthy": [sources([place]) for place in places]}
     found = replace(found, source=source)
-    write_json(out / ANSWER, finite(found.to_dict()))
+    write_json(out / DIAGNOSIS, finite(found.to_dict()))
     pages = [_report(found, log.name, out)] if given.config.report else []
     print(_sentence(found))
-    for page in (out / ANSWER, *pages):
+    for page in (out / DIAGNOSIS, *pages):
         print(page)
     return found.verdict.exit_code
 
@@ -200,11 +199,11 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
             blocks=[Table(head=["log", "evidence", "explanations"], rows=left, right=(1,))],
         ),
     ]
-    return write_page(out / PAGE, f"{name} beside healthy flights", sections, light=True)
+    return write_page(out / REPORT, f"{name} beside healthy flights", sections, light=True)
 
 
 def _refused(out: Path, words: str) -> int:
     """Write and print that the log cannot be used; return the exit code."""
-    write_json(out / ANSWER, bad_data(words))
+    write_json(out / DIAGNOSIS, bad_data(words))
     print(f"bad data: {words}")
     return Verdict.bad_data.exit_code

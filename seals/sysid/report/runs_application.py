@@ -9,14 +9,12 @@ from typing import Any
 from seals.compare.application import read_logs, settings_of
 from seals.compare.report import case_charts, sections_of
 from seals.compare.result import Comparison, Group
-from seals.file_names import file_name
+from seals.file_names import DIAGNOSIS, REPORT, file_name
 from seals.logs.atomic import finite, write_json
 from seals.report import Block, Paragraph, Section, Table, write_page, write_picture
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.report.naming import figure, interval
 from seals.sysid.runs import RunsDiagnosis, diagnose_runs
-
-ANSWER = "diagnosis.json"
 
 
 def execute(config: Any) -> int:
@@ -26,11 +24,11 @@ def execute(config: Any) -> int:
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
     out = Path(settings.out or HydraConfig.get().runtime.output_dir)
-    write_json(out / ANSWER, finite(_as_data(found)))
+    write_json(out / DIAGNOSIS, finite(_as_data(found)))
     _write_runs_report(found, out)
     for one in found:
         print(_sentence(one))
-    print(f"\n{out / ANSWER}")
+    print(f"\n{out / DIAGNOSIS}")
     return _exit_code(found)
 
 
@@ -92,7 +90,7 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
                 seconds=one.seconds,
             )
         )
-    return write_page(folder / "report.html", f"Diagnosis: {found[0].name}", sections)
+    return write_page(folder / REPORT, f"Diagnosis: {found[0].name}", sections)
 
 
 def _group_of(one: RunsDiagnosis) -> Group:

@@ -15,6 +15,7 @@ from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_na
 from seals.config.overrides import typed
 from seals.errors import ConfigError, MissingExtra, SealsError, printable, suggestion
 from seals.field_roles import Role, roles_of
+from seals.file_names import refuse_taken
 from seals.logs.atomic import atomic_path, write_json
 from seals.logs.log import Log
 from seals.logs.run_folder import ROBOT
@@ -249,10 +250,7 @@ def _target(config: Any) -> Path:
             f"{shown}.\nAllowed: letters, digits, '_', '-' and '.', for instance name=my_model"
         )
     target = Path(str(config.folder)) / f"{name}.yaml"
-    if target.exists() and not config.replace:
-        raise ConfigError(
-            f"{target} exists already.\nTake another name, or write over it with replace=true"
-        )
+    refuse_taken(target, replace=config.replace)
     return target
 
 
