@@ -24,6 +24,7 @@ from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
 from seals.logs.datasets import OfDataset
 from seals.logs.reader import logs_by
+from seals.logs.time_offset import delay_between
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.build import build_run
@@ -206,29 +207,10 @@ def clock_offset(
         return 0.0, 0.0
     step = float(np.median(np.diff(time)))
     grid = np.arange(time[0], time[-1], step)
-    y = _centred(np.interp(grid, time[good], measured[good]))
-    x = _centred(np.interp(grid, time, predicted))
-    if not y.any() or not x.any():
+    y = np.interp(grid, time[good], measured[good])
+    x = np.interp(grid, time, predicted)
+    if not np.ptp(y) or not np.ptp(x):
         return 0.0, 0.0
     reach = min(int(most / step), len(grid) // 3)
-    lags = np.arange(-reach, reach + 1)
-    match = np.array([_overlap(x, y, int(lag)) for lag in lags])
-    best = int(np.argmax(match))
-    fine = 0.0
-    if 0 < best < len(lags) - 1:
-        a, b, c = match[best - 1 : best + 2]
-        curve = a - 2.0 * b + c
-        fine = 0.5 * (a - c) / curve if curve < 0.0 else 0.0
-    return float((lags[best] + fine) * step), float(match[best])
-
-
-def _centred(values: Floats) -> Floats:
-    return np.asarray(values - values.mean())
-
-
-def _overlap(x: Floats, y: Floats, lag: int) -> float:
-    """Correlation of x(t) with y(t + lag) over their common part."""
-    a, b = (x[: len(x) - lag], y[lag:]) if lag >= 0 else (x[-lag:], y[:lag])
-    a, b = a - a.mean(), b - b.mean()
-    size = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / size if size > 0.0 else 0.0
+    rows = np.ones(len(grid), dtype=bool)
+    return delay_between(x[:, None], y[:, None], rows, step=step, most=reach)
