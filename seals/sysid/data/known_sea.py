@@ -41,7 +41,10 @@ class _SeaOfLogs:
         """Return the sea at points and times; the time chooses the log whose waves apply."""
         count = len(position)
         clock = np.broadcast_to(np.asarray(time), (count, 1))
-        log = _log_of(self.begins, clock[:, 0])
+        # a step may look a little past the last row of a log
+        log = np.clip(
+            np.searchsorted(self.begins - 0.5 * GAP, clock[:, 0], side="right") - 1, 0, None
+        )
         here = copy.copy(self.law)
         for name, value in self.values.items():
             chosen = value
@@ -94,12 +97,6 @@ def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
 def own_key(name: str, log: int) -> str:
     """Return the name of a per-log parameter; that of the first log has no suffix."""
     return f"{name}_{log + 1}" if log else name
-
-
-def _log_of(begins: Floats, clock: Floats) -> Any:
-    """Index of the log to which each time of the common clock belongs, shape (N,)."""
-    # a step may look a little past the last row of a log
-    return np.clip(np.searchsorted(begins - 0.5 * GAP, clock, side="right") - 1, 0, None)
 
 
 def sea_laws() -> dict[str, Any]:

@@ -144,7 +144,10 @@ def nearest_trajectories(
     chosen = trials(plant, leave=leave)
     misfit, tracks = run(chosen)
     for _ in range(_GENERATIONS):
-        more = _mutated(plant, _parents(chosen, misfit))
+        best: dict[int, Trial] = {}
+        for k in np.argsort(misfit.sum(axis=1)):
+            best.setdefault(chosen[k].kind, chosen[k])
+        more = _mutated(plant, list(best.values())[:_PARENTS])
         found = run(more)
         chosen = [*chosen, *more]
         misfit = np.concatenate([misfit, found[0]])
@@ -158,14 +161,6 @@ def _course(plant: ExtendedModel, tracks: Sequence[Floats], taken: Any) -> Traje
     runs = enumerate(plant.samples.runs)
     rows = [(taken[r], r, slice(b - a)) for r, (a, b) in runs]
     return Trajectory(*(np.concatenate([track[part] for part in rows]) for track in tracks))
-
-
-def _parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
-    """Return the nearest trial of each effect, best first."""
-    best: dict[int, Trial] = {}
-    for k in np.argsort(misfit.sum(axis=1)):
-        best.setdefault(chosen[k].kind, chosen[k])
-    return list(best.values())[:_PARENTS]
 
 
 def simulated(plant: ExtendedModel, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:

@@ -119,7 +119,9 @@ class Table:
             ridge: their prior precision.
             mixed: whether the parts held out are scattered windows instead of long blocks.
         """
-        fold = _folds(self.found.count, mixed=mixed)
+        count = self.found.count
+        parts = min(FOLDS, count)
+        fold = np.arange(count) % parts if mixed else np.arange(count) * parts // count
         out = np.zeros(self.found.count)
         for part in range(int(fold.max()) + 1):
             test = fold == part
@@ -130,12 +132,6 @@ class Table:
     def _block(self, chosen: Sequence[int]) -> Floats:
         index = [*chosen, self.width]
         return self.gram[:, index][:, :, index]
-
-
-def _folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:
-    """Return the cross-validation fold of every window."""
-    parts = min(FOLDS, count)
-    return np.arange(count) % parts if mixed else np.arange(count) * parts // count
 
 
 def gain(before: Floats, after: Floats, found: Evidence) -> Gain:
