@@ -18,6 +18,7 @@ from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.candidates.reported_values import NORMAL90
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
@@ -40,8 +41,6 @@ PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
 _AT = 1e-6
 """Relative distance from a bound at which a number counts as held by it."""
-_NORMAL90 = 1.6449
-"""Half width of a 90 % interval in standard deviations."""
 _SHOWN = 8
 """Names that a refusal lists."""
 ROUNDS = 8
@@ -112,7 +111,7 @@ class Calibration:
 
     def interval(self, number: StatedNumber) -> tuple[float, float]:
         """Return the ends of the 90 % interval of a number, inside its bounds."""
-        value, half = self.value(number), _NORMAL90 * self.sigma(number)
+        value, half = self.value(number), NORMAL90 * self.sigma(number)
         low, high = number.bounds
         return max(value - half, low), min(value + half, high)
 

@@ -12,7 +12,7 @@ import numpy as np
 from seals.errors import ConfigError
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path, write_json
-from seals.report.pictures import figure_class, log_scale
+from seals.report.pictures import dress, figure_class, log_scale
 from seals.report.style import AXES, CYCLE, MUTED
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.parameters import CandidateSet
@@ -174,7 +174,7 @@ def _places(axes: Any, plan: Plan) -> None:
     if plan.scene.level is not None:
         axes.axhline(plan.scene.level, color=MUTED, lw=0.8, ls="--")
     axes.set_title(f"'{plan.best.manoeuvre.name}': where to be", loc="left", fontsize=10)
-    _dress(axes, "time [s]", "place [m] (dotted: asked for)")
+    dress(axes, "time [s]", "place [m] (dotted: asked for)")
     axes.legend(fontsize=8, frameon=False, ncols=3)
 
 
@@ -201,7 +201,7 @@ def _heading(axes: Any, plan: Plan) -> None:
             label = "first joint [rad]" if first else None
             axes.plot(time, run.path.joints[:, 0], color=CYCLE[3], lw=1.0, label=label)
     axes.set_title("how fast", loc="left", fontsize=10)
-    _dress(axes, "time [s]", "")
+    dress(axes, "time [s]", "")
     axes.legend(fontsize=8, frameon=False)
 
 
@@ -226,19 +226,10 @@ def _bars(axes: Any, plan: Plan) -> None:
     what = " / ".join(plan.names) + (" / nothing" if len(plan.names) == 1 else "")
     axes.set_title(f"expected separation of {what}", loc="left", fontsize=10)
     label = "chi-square that the best wrong explanation leaves; green: confidence of 90 % or more"
-    _dress(axes, label, "")
+    dress(axes, label, "")
 
 
 def _runs(plan: Plan) -> tuple[Any, list[Any]]:
     flown, first = plan.run_of(plan.best)
     name = first.manoeuvre.name
     return flown, [r for r in flown.rehearsal.runs if r.manoeuvre.name == name]
-
-
-def _dress(axes: Any, x: str, y: str) -> None:
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color="#e3e6e8", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)

@@ -33,7 +33,7 @@ from seals.sysid.predictors.linearise import (
 from seals.sysid.predictors.rollout import simulated_trajectory, start_sigma, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
-from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows import WHOLE, Windows
 from seals.sysid.predictors.windows_fit import Fitter
 
 LATE = 3e-3
@@ -238,10 +238,9 @@ def windows_of(
         plant.vehicle,
         trajectory,
         dynamics,
-        length=window if posed else 1e6,
+        length=window if posed else WHOLE,
         gusts=gusts,
-        extra=None if surface_error is None else surface_error.push,
-        blur=None if surface_error is None else surface_error.blur,
+        surface_error=surface_error,
         knot=None if surface_error is None else max(surface_error.knot, 1.5 * plant.samples.step),
         stated=None if posed else stated_starts(plant, trajectory),
         skip=transient_rows(plant),

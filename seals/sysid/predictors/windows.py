@@ -23,8 +23,11 @@ from seals.sysid.predictors.linearise import (
     ReleasableDynamics,
     dynamics_of,
 )
+from seals.sysid.predictors.surface_model_error import SurfaceModelError
 from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
+WHOLE = 1e6
+"""Length of the windows that take whole runs, from their stated starts [s]."""
 _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
 BLOCK = 32
@@ -45,8 +48,7 @@ class Windows:
         dynamics: derivatives along the trajectory.
         length: of a window [s].
         gusts: factor on the vehicle's stated level of unmodelled force and torque.
-        extra: standard deviation of further short pushes at every row [N, N m], shape (T, 6).
-        blur: standard deviation of further errors of the specific force [m/s^2], shape (T,).
+        surface_error: of the model at the surface of water; None for none.
         stated: start states of the runs against the trajectory and their 1-sigma, (runs, n) and
             (n,), when every run is one window; None leaves the start states free.
         skip: rows left out at the start of every run.
@@ -69,8 +71,7 @@ class Windows:
         *,
         length: float,
         gusts: float,
-        extra: Floats | None = None,
-        blur: Floats | None = None,
+        surface_error: SurfaceModelError | None = None,
         stated: tuple[Floats, Floats] | None = None,
         skip: int = 0,
         bias: tuple[float, float] | None = None,
@@ -85,9 +86,9 @@ class Windows:
         self.along, self.size = dynamics, trajectory.size
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
-        self._reference(blur)
-        self.gusts, self._extra = gusts, extra
-        self._gusts(gusts * vehicle.gust, extra)
+        self._reference(None if surface_error is None else surface_error.blur)
+        self.gusts, self._extra = gusts, None if surface_error is None else surface_error.push
+        self._gusts(gusts * vehicle.gust, self._extra)
 
     @property
     def dynamics(self) -> Dynamics:

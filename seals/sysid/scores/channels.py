@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.frames import AXES
 from seals.logs.channels import unit_of
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.problem import WINDOW
@@ -23,7 +24,6 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 JOINTS = "joint_position"
 """Channel of joints: laws of play and dry friction hold less well than those of a rigid body."""
-_AXES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")
 _LEAST = 0.05
 """Least variance of a residual in units of the noise: rounding must not make it negative."""
@@ -210,4 +210,4 @@ def component(channel: str, axis: int, width: int) -> str:
         return _ANGLES[axis]
     if width == 1:
         return words
-    return f"{words} {_AXES[axis]}" if width == 3 else f"{words} {axis + 1}"
+    return f"{words} {AXES[axis]}" if width == 3 else f"{words} {axis + 1}"

@@ -88,13 +88,10 @@ def held_out_by_window(
     """
     fit, count = hypothesis.fit, hypothesis.fitter.windows.count
     fold = folds_of(hypothesis) if fold is None else fold
-    at = np.array([fit.values[k] for k in fit.keys])
     out = np.empty(count)
     for part in range(int(fold.max()) + 1):
         test = fold == part
-        matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
-        gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
-        step = solve_scaled(matrix, gradient)
+        step = solve_scaled(*fit.system(~test))
         inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
         out[test] = fit.misfit[test] - 2.0 * fit.right[test] @ step + inner
     return out

@@ -69,7 +69,7 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
     other = fitter.with_windows(fitter.windows.with_readings(readings))
     found = other.reevaluated(fit)
     # tolerances have no prior here: the simulation had exactly these values
-    found = replace(found, centre=np.array([found.values[k] for k in found.keys]))
+    found = replace(found, centre=found.at)
     moved, gain = newton_step(found)
     held = [k for k, key in enumerate(found.keys) if key not in found.free]
     return SelfCheck(

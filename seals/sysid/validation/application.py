@@ -360,8 +360,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     upper.legend(loc="best", frameon=False, fontsize=9)
     upper.set_title(printable(f"{found.overlay.name} on {found.ablation.name}"), fontsize=11)
     for axes in (upper, lower):
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
+        axes.spines[["top", "right"]].set_visible(False)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
 
