@@ -20,7 +20,6 @@ from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.stated import StatedNumber
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Problem, linearise_model
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.sysid.report.naming import figure
@@ -107,9 +106,7 @@ def _problem(found: Calibration, number: StatedNumber) -> Problem:
     field = number.key.partition(".")[2]
     candidate = Candidate(name=number.name, keys=(number.key,), reported=(field,))
     candidate_set = replace(held, parameters=parameters, candidates=(*held.candidates, candidate))
-    plant = ExtendedModel(
-        problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts
-    )
+    plant = problem.plant.of(candidate_set)
     fitter = linearise_model(plant, found.solution.fitter.trajectory, {})
     return replace(problem, plant=plant, fitter=fitter)
 
@@ -200,13 +197,12 @@ def _write(config: Any, outcome: _Outcome, out: Path) -> list[Path]:
         write_text(out / DIFF, edit.diff)
         pages.append(out / DIFF)
     if config.report:
-        from seals.sysid.calibration.application import draw
         from seals.sysid.calibration.report import write_report
 
         diff, notes = ("", ()) if edit is None else (edit.diff, edit.notes)
         more = [] if flight is None else [flight.sentence]
         pages.append(write_report(found, out, diff=diff, notes=notes, more=more))
-        pages.append(draw(found, out))
+        pages.append(_draw(found, out))
     if config.apply and edit is not None:
         pages.append(write_robot(edit, out / ROBOT))
     return pages
@@ -233,7 +229,7 @@ def _print(outcome: _Outcome) -> None:
 PICTURE = "calibration.png"
 
 
-def draw(found: Calibration, folder: Path) -> Path:
+def _draw(found: Calibration, folder: Path) -> Path:
     """Draw measurement and model before and after, the residuals below; return the path.
 
     Raises:

@@ -270,12 +270,7 @@ def _unseen_misfit(
     cache = TrajectoryCache(plant, trajectory)
     dynamics = dynamics_along(plant, trajectory, at, cache=cache)
     windows = windows_of(plant, trajectory, dynamics)
-    found = []
-    for values in models:
-        prediction = predict(plant, trajectory, values, cache=cache)
-        whitened = windows.whiten(windows.residual(prediction)[:, :, None])
-        found.append(float(whitened.product(whitened).sum()) / float(windows.observed))
-    return found
+    return [windows.level(predict(plant, trajectory, values, cache=cache)) for values in models]
 
 
 def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
@@ -285,10 +280,8 @@ def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[f
         That of the stated numbers, and that of fits to the other parts, in turn.
     """
     fit, fitter = solution.fit, solution.fitter
-    before = fitter.misfit(stated)
     found = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
-    level = float(before.product(before).sum()) / fitter.windows.observed
-    return level, held_out_misfit(found)
+    return fitter.windows.level(fitter.prediction(stated)), held_out_misfit(found)
 
 
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:

@@ -85,7 +85,6 @@ def _write_plan(
     Raises:
         ConfigError: the folder cannot be made.
     """
-    from seals.sysid.experiment_design.application import write_pictures
     from seals.sysid.experiment_design.experiment import write_experiment
 
     make_folder(out)
@@ -94,7 +93,7 @@ def _write_plan(
     write_experiment(
         out / EXPERIMENT, plan, meta, without=given.without if given.robot else (), command=command
     )
-    write_pictures(out / PICTURE, plan)
+    _write_pictures(out / PICTURE, plan)
 
 
 def _open_question(given: Answer, place: str) -> list[str]:
@@ -136,7 +135,7 @@ def _known(
     return out
 
 
-def write_pictures(path: str | Path, plan: Plan) -> Path:
+def _write_pictures(path: str | Path, plan: Plan) -> Path:
     """Draw the planned trajectory, its speeds, and the expected separations as one PNG file.
 
     Raises:

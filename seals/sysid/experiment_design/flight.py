@@ -18,7 +18,7 @@ from seals.frames import exponential, matrix_of, quaternion_of_rpy
 from seals.motion import Inputs
 from seals.run.hover_trim import carrying_speeds
 from seals.sysid.data.samples import Samples
-from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.trajectory import Trajectory, posture_readings
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.experiment_design.control import (
     ALL,
@@ -374,13 +374,8 @@ def _channels(
 
     The inertial readings stay zero: separations are differences of predictions.
     """
-    level = problem.vehicle.environment.water_level or 0.0
     exact = {
-        "position": trajectory.position,
-        "orientation": trajectory.quaternion,
-        "velocity": trajectory.velocity,
-        "depth": level - trajectory.position[:, 2:3],
-        "joint_position": trajectory.joints,
+        **posture_readings(trajectory, problem.vehicle.environment.water_level),
         "angular_velocity": trajectory.angular_velocity,
         "specific_force": np.zeros((rows, 3)),
     }

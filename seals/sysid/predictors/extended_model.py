@@ -102,6 +102,15 @@ class ExtendedModel:
         self.activity: Mapping[str, Activity] = {}
         self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
 
+    def of(self, candidate_set: CandidateSet, *, parts: int = 0) -> ExtendedModel:
+        """Return the model of the same vehicle and log with other candidates, or finer steps.
+
+        Args:
+            candidate_set: parameters and instances.
+            parts: integration steps per row; as many as here when left out.
+        """
+        return ExtendedModel(self.vehicle, candidate_set, self.samples, parts=parts or self.parts)
+
     def acting(self, candidates: Sequence[Candidate]) -> ExtendedModel:
         """Return the plant with some effects restricted to their active times."""
         activity = {k: c.activity for c in candidates if c.activity for k in c.all_keys}

@@ -90,6 +90,15 @@ class Windows:
         self.gusts, self._extra = gusts, None if surface_error is None else surface_error.push
         self._gusts(gusts * vehicle.gust, self._extra)
 
+    def missed(self, prediction: Prediction) -> Whitened:
+        """Return the whitened misfit of a prediction, one column."""
+        return self.whiten(self.residual(prediction)[:, :, None])
+
+    def level(self, prediction: Prediction) -> float:
+        """Return the misfit of a prediction per degree of freedom; noise and gusts alone give 1."""
+        missed = self.missed(prediction)
+        return float(missed.product(missed).sum()) / float(self.observed)
+
     @property
     def dynamics(self) -> Dynamics:
         """Derivatives along the trajectory."""

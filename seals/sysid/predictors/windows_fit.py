@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.least_squares import Backtracking, Iterate, Proposal, minimise
-from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, prior_widths
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linearise import (
@@ -191,8 +191,7 @@ class Fitter:
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
     ) -> Whitened:
         """Whitened misfit of the model at given values, see `prediction`."""
-        prediction = self.prediction(values, expansion_point)
-        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
+        return self.windows.missed(self.prediction(values, expansion_point))
 
     def prediction(
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
@@ -214,16 +213,10 @@ class Fitter:
 
     def precision(self, keys: Sequence[str], free: Sequence[str]) -> Floats:
         """Prior precision of parameters: low for free ones, else from their tolerances."""
-        parameters = self.candidate_set.parameters
-        widths = [
-            WIDE * max(parameters[k].scale, parameters[k].tolerance)
-            if k in free
-            else parameters[k].tolerance
-            for k in keys
-        ]
+        widths = prior_widths(self.candidate_set.parameters, keys, free, WIDE)
         with np.errstate(divide="ignore"):
             # a parameter that is known exactly and not freed cannot move: infinite precision
-            precision: Floats = 1.0 / np.asarray(widths, dtype=float) ** 2
+            precision: Floats = 1.0 / widths**2
         return precision
 
     def fit(

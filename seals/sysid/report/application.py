@@ -11,10 +11,9 @@ from seals.errors import ConfigError, LogError
 from seals.file_names import DIAGNOSIS
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
-from seals.logs.run_folder import ROBOT
 from seals.schema import check_fields
 from seals.sound_numbers import sound_numbers, trials
-from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.robot_description import RobotDescription, name_in
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import Beside, cores
@@ -75,8 +74,7 @@ def execute(config: Any) -> int:
             _write(out, bad_data(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        vehicle = str((log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name", ""))
-        _write(out, answer_of(found, missing, vehicle=vehicle))
+        _write(out, answer_of(found, missing, vehicle=name_in(log.meta)))
         tell(STAGES * _STEP - 1)
         pages = []
         if config.report:

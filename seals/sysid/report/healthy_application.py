@@ -21,7 +21,7 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
 from seals.sysid.healthy_flights.diagnosis import HealthyDiagnosis, HealthyFlights
 from seals.sysid.report.given_logs import GivenLogs, bad_data, given_logs, places_of, sources
-from seals.sysid.report.naming import figure, interval, percent
+from seals.sysid.report.naming import figure, parameter_text, percent
 
 _TICKS = 32
 _STAGES = 3
@@ -125,10 +125,7 @@ def _sentence(found: HealthyDiagnosis) -> str:
         drives = effect["drives"]
         where = f" at drive {' and '.join(map(str, drives))}" if drives else ""
         lines.append(f"  {effect['name']}{where}, confidence {percent(effect['confidence'])}")
-        for name, p in effect["parameters"].items():
-            unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            limits = interval(p["low90"], p["high90"])
-            lines.append(f"    {name} = {figure(p['value'])}{unit}  (90 %: {limits})")
+        lines += [f"    {parameter_text(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  {words}" for words in table["reasons"]]
     healthy = table["healthy"]
     lines.append(

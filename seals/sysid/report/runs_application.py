@@ -13,7 +13,7 @@ from seals.file_names import DIAGNOSIS, REPORT, file_name
 from seals.logs.atomic import finite, write_json
 from seals.report import Block, Paragraph, Section, Table, write_page, write_picture
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.report.naming import figure, interval
+from seals.sysid.report.naming import parameter_text
 from seals.sysid.runs import RunsDiagnosis, diagnose_runs
 
 
@@ -59,10 +59,7 @@ def _sentence(one: RunsDiagnosis) -> str:
     for effect in table["effects"]:
         law = f" ({effect['law']})" if effect["law"] else ""
         lines.append(f"  {effect['name']}{law}, confidence {100 * effect['confidence']:.0f} %")
-        for name, p in effect["parameters"].items():
-            unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            span = f"(90 %: {interval(p['low90'], p['high90'])})"
-            lines.append(f"    {name} = {figure(p['value'])}{unit}  {span}")
+        lines += [f"    {parameter_text(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  {words}" for words in table["reasons"]]
     for channel, size in table["rms"].items():
         if size["before"] is not None and size["after"] is not None:

@@ -23,9 +23,7 @@ def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
 def stated_misfit(nominal: EvidenceHypothesis) -> float:
     """Return the misfit per degree of freedom of the stated model, none of its numbers fitted."""
     fitter, windows = nominal.fitter, nominal.fitter.windows
-    prediction = predict(fitter.plant, fitter.trajectory, {}, delay=windows.delay)
-    whitened = windows.whiten(windows.residual(prediction)[:, :, None])
-    return float(whitened.product(whitened).sum()) / float(windows.observed)
+    return windows.level(predict(fitter.plant, fitter.trajectory, {}, delay=windows.delay))
 
 
 def held_out_by_log(hypothesis: EvidenceHypothesis) -> Floats:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, prior_widths
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.hypothesis import Hypothesis
@@ -43,15 +43,7 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
         of free parameters as wide as a plausible effect (Laplace's approximation of the evidence).
         It is not negative: measurements take no knowledge away.
     """
-    parameters = candidate_set.parameters
-    widths = np.array(
-        [
-            max(parameters[k].scale, parameters[k].tolerance)
-            if k in fit.free
-            else parameters[k].tolerance
-            for k in fit.keys
-        ]
-    )
+    widths = prior_widths(candidate_set.parameters, fit.keys, fit.free, 1.0)
     scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
     return _log_information(scaled)
 

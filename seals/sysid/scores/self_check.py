@@ -16,7 +16,7 @@ from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, multiply
 from seals.sysid.data.samples import Samples
-from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.trajectory import Trajectory, posture_readings
 from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
 from seals.sysid.predictors.normal_equations import newton_step, reserve
 from seals.sysid.predictors.problem import linearise_model
@@ -109,14 +109,11 @@ def simulated_readings(
         The log with readings of the simulation, and its states; None where they leave all bounds.
     """
     plant, rows = fitter.plant, fitter.windows.rows
-    fine = ExtendedModel(
-        plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts
-    )
+    fine = plant.of(plant.candidate_set, parts=_FINER * plant.parts)
     fine.command_delay = plant.command_delay
     used = nonzero(values)
     twin, drive = fine.twin(used, len(rows)), fine.drive(used)
     state = fitter.trajectory.state(rows[:, 0])
-    level = plant.vehicle.environment.water_level or 0.0
     channels: dict[str, Floats] = {
         name: np.full_like(seen, np.nan) for name, seen in plant.samples.channels.items()
     }
@@ -128,10 +125,8 @@ def simulated_readings(
         after, rates = fine.advance(twin, state, rows[:, k], drive)
         read = fine.reading(state, rates, used)
         found = {
-            "position": state.position,
+            **posture_readings(state, plant.vehicle.environment.water_level),
             "orientation": _attitude(fine, state, used),
-            "velocity": state.velocity,
-            "depth": level - state.position[:, 2:3],
             "angular_velocity": read.angular_velocity,
             "specific_force": read.specific_force,
         }

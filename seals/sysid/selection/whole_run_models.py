@@ -184,7 +184,7 @@ def whole_run_models(problem: Problem, *, asked: float, processes: int) -> Whole
         processes: that share the fits.
     """
     plant = problem.plant
-    coarse = ExtendedModel(problem.vehicle, plant.candidate_set, problem.samples, parts=_COARSE)
+    coarse = plant.of(plant.candidate_set, parts=_COARSE)
     guessed = {c.name for c in plant.candidate_set.candidates if c.identification.guessed}
     trajectories = nearest_trajectories(
         coarse, leave=sorted(guessed), ranks=_RANKS, processes=processes

@@ -18,10 +18,10 @@ from seals.field_roles import Role, roles_of
 from seals.file_names import refuse_taken
 from seals.logs.atomic import atomic_path, write_json
 from seals.logs.log import Log
-from seals.logs.run_folder import ROBOT
 from seals.report.style import CYCLE, MUTED
 from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
+from seals.sysid.data.robot_description import name_in
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name, sources
@@ -158,7 +158,7 @@ def verify(config: Any) -> int:
     for given in places:
         log, robot = given.read()
         own = overlay.provenance.get("vehicle")
-        other = (log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name")
+        other = name_in(log.meta)
         if own and other and own != other:
             raise ConfigError(
                 f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
