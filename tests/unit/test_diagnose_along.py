@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle

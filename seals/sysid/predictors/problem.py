@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.frames import conjugate, exponential, multiply, rotation_vector
 from seals.logs.log import Log
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.candidates.parameters import CandidateSet
-from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated
 from seals.sysid.data.robot_description import RobotDescription, described_by

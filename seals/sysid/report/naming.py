@@ -11,8 +11,8 @@ from typing import Any
 
 from seals.report.style import unit_text
 from seals.schema import parameters_of
+from seals.sysid.candidates.catalogue import installed, wave_laws
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.candidates.vehicle import installed, wave_laws
 
 UNKNOWN = "not determined"
 """Text in place of a figure that is not finite."""
