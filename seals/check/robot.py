@@ -24,7 +24,7 @@ from seals.effects.effect import Effect, MediumKind
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import SealsError
 from seals.hydrostatics.meshes import load_triangles
-from seals.multibody.tree import rest_poses
+from seals.multibody.tree import poses_in_base
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
@@ -105,7 +105,7 @@ def _lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
         robot: joints at zero.
         effects: by instance name.
     """
-    turns, total = rest_poses(robot.tree)[1], 0.0
+    turns, total = poses_in_base(robot.tree)[1], 0.0
     for bound in bind_effects(effects, robot.links).loads:
         if "lift" not in bound.effect.accounts_for or bound.kind is MediumKind.water:
             continue

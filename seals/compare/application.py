@@ -6,7 +6,6 @@ import fnmatch
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from seals.compare.result import Comparison, Group
 from seals.compare.score import unit_words
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
+from seals.config.compose import output_folder
 from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
@@ -99,12 +99,10 @@ def _offsets(
 
 def execute(cfg: Any) -> int | None:
     """Run the verb on a composed configuration."""
-    from hydra.core.hydra_config import HydraConfig
-
     settings = settings_of(cfg)
     logs = read_logs(settings)
     comparison = compare_logs(settings, logs)
-    folder = Path(settings.out or HydraConfig.get().runtime.output_dir)
+    folder = output_folder(settings.out)
     from seals.compare.report import write_report
 
     paths = write_report(comparison, comparison.as_data(), folder)

@@ -11,7 +11,7 @@ from seals.effects.binding import EffectSet
 from seals.effects.effect import ActuatorOptions
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
-from seals.multibody.tree import rest_poses
+from seals.multibody.tree import poses_in_base
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 
@@ -114,7 +114,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     table = {key: np.zeros((count, 3)) for key in ("position", "axis")}
     table |= {key: np.zeros(count) for key in NUMBERS}
     kind, link = [""] * count, [0] * count
-    origins, turns = rest_poses(robot.tree)
+    origins, turns = poses_in_base(robot.tree)
     for b in bound:
         carrier = b.links[0]
         if robot.tree.joints and np.any(robot.tree.moves[carrier]):

@@ -19,7 +19,7 @@ from seals.effects.drag_form import DragForm, HullAxis, form_of_hull
 from seals.environment.seawater import FRESH_WATER
 from seals.hydrostatics import HullBox, HullCapsule, HullCylinder, HullSphere
 from seals.hydrostatics.wetted import Hull
-from seals.multibody.tree import rest_poses
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.hydrodynamics import ellipsoid_of_moments
 from seals.scaffold.limbs import SURFACE
@@ -202,7 +202,7 @@ def thrust_loads(robot: RobotModel, drives: Sequence[Drives]) -> Floats:
         robot: with the joints that remain.
         drives: in base axes, joints at zero.
     """
-    origins, turns = rest_poses(robot.tree)
+    origins, turns = poses_in_base(robot.tree)
     found = np.zeros(robot.tree.joints)
     for j, child in enumerate(robot.tree.child):
         hinge, place = turns[child] @ robot.tree.axis[j], origins[child]
@@ -232,7 +232,7 @@ def water_loads(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Floats:
         robot: with the joints that remain.
         hulls: by link.
     """
-    origins, turns = rest_poses(robot.tree)
+    origins, turns = poses_in_base(robot.tree)
     found = np.zeros(robot.tree.joints)
     for name, hull in hulls.items():
         link = robot.links.index(name)

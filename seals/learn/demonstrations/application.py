@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError, refuse_unlisted, suggestion
 from seals.file_names import refuse_taken
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
@@ -34,11 +35,9 @@ def execute(config: Any) -> int:
         SealsError: the policy or the world cannot be used, or too few episodes succeed.
         MissingExtra: the packages for learning are not installed.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     need_torch()
     _refuse(config)
-    out = Path(str(config.out)) if config.out else Path(HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     target = out if config.out else out / FOLDER
     demos, tried = _recorded(config)
     made = [write(demos, target)]

@@ -8,6 +8,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError, printable
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
@@ -138,8 +139,6 @@ def execute(config: Any) -> int:
         ConfigError: no log is given, a name means no number, or a folder cannot be used.
         LogError: a log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
     if config.log is None:
@@ -152,7 +151,7 @@ def execute(config: Any) -> int:
         raise ConfigError(
             "apply=true needs the robot's folder.\nGive it: robot=FOLDER, or leave apply out."
         )
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     if config.apply and (out / ROBOT).exists():
         raise ConfigError(f"{out / ROBOT} is there already.\nGive another folder: out=FOLDER")
     make_folder(out)

@@ -68,11 +68,10 @@ def write_report(
         edits += [Paragraph(text=note) for note in notes]
         sections.insert(1, Section(title="Change of the robot's folder", blocks=edits, wide=True))
     samples = found.problem.samples
-    seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     text = page(
         f"Calibration of {found.problem.vehicle.name}",
         sections,
-        subtitle=f"{seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
+        subtitle=f"{samples.seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
         f"computed in {found.seconds:.1f} s",
         light=True,
     )

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path, write_json
@@ -35,8 +36,6 @@ def execute(config: Any) -> int:
         ConfigError: no log or no effects are given, or they do not go together.
         LogError: the log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
     answer = Answer() if config.diagnosis is None else load_answer(str(config.diagnosis))[1]
@@ -47,7 +46,7 @@ def execute(config: Any) -> int:
             "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
         )
     given = given_logs(config, places, noted=answer.without)
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     with progress("planning", STAGES + 2) as tell, trials():
         log, robot = given.read()
         problem = prepare(log, robot=robot)

@@ -240,8 +240,7 @@ class Fitter:
             iterations: at most, in each of the two stages.
             coarse: leave out `refined`, which follows for the best fits.
         """
-        more = [k for k in free if k not in self.tolerances]
-        keys = (*self.tolerances, *more)
+        keys = (*self.tolerances, *(k for k in free if k not in self.tolerances))
         precision = self.precision(keys, free)
         begin = self.at if around is None else around
         first = {k: float(begin.get(k, 0.0)) for k in keys}
@@ -307,8 +306,7 @@ class Fitter:
 
     def start(self, free: Sequence[str]) -> Fit:
         """Return the equations at the linearisation point, before any fit."""
-        more = [k for k in free if k not in self.tolerances]
-        keys = (*self.tolerances, *more)
+        keys = (*self.tolerances, *(k for k in free if k not in self.tolerances))
         values = {k: float(self.at.get(k, 0.0)) for k in keys}
         return self._linear(keys, free, values, self.precision(keys, free))
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError, LogError
 from seals.file_names import DIAGNOSIS
 from seals.logs.atomic import finite, write_json
@@ -50,14 +51,12 @@ def execute(config: Any) -> int:
     Raises:
         ConfigError: no log is given, or it is not there.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
     if config.log is None:
         raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
     given = given_logs(config)
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     make_folder(out)
     if config.healthy is not None:
         from seals.sysid.report.healthy_application import compare

@@ -138,10 +138,9 @@ def _names(diagnosis: Diagnosis, after: EvidenceHypothesis) -> tuple[str, str]:
 
 def _subtitle(diagnosis: Diagnosis) -> str:
     samples = diagnosis.problem.samples
-    seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
     return (
-        f"{diagnosis.problem.vehicle.name}, {seconds:.1f} s{runs}, {samples.rows} rows; "
+        f"{diagnosis.problem.vehicle.name}, {samples.seconds:.1f} s{runs}, {samples.rows} rows; "
         f"computed in {diagnosis.seconds:.1f} s"
     )
 

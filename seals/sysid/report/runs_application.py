@@ -9,6 +9,7 @@ from typing import Any
 from seals.compare.application import read_logs, settings_of
 from seals.compare.report import case_charts, sections_of
 from seals.compare.result import Comparison, Group
+from seals.config.compose import output_folder
 from seals.file_names import DIAGNOSIS, REPORT, file_name
 from seals.logs.atomic import finite, write_json
 from seals.report import Block, Paragraph, Section, Table, write_page, write_picture
@@ -19,11 +20,9 @@ from seals.sysid.runs import RunsDiagnosis, diagnose_runs
 
 def execute(config: Any) -> int:
     """Run one composed experiment (root ``compare``) and return the exit code of its verdict."""
-    from hydra.core.hydra_config import HydraConfig
-
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
-    out = Path(settings.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(settings.out)
     write_json(out / DIAGNOSIS, finite(_as_data(found)))
     _write_runs_report(found, out)
     for one in found:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.config.compose import output_folder
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
 from seals.errors import ConfigError, MissingExtra, SealsError, printable, suggestion
@@ -134,7 +135,6 @@ def verify(config: Any) -> int:
         ConfigError: something is missing, or the model does not fit the log.
         LogError: a log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
     if config.log is None:
@@ -172,7 +172,7 @@ def verify(config: Any) -> int:
     known = known if isinstance(known, list) else [known]
     digests = logs_of({"log": sources(places[0].places)}).values()
     found = verified(overlay, problems, fitted=any(d in known for d in digests if d))
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     _write(out, found, logs[0])
     print_table(found)
     print("\n".join(sentences(found)))
