@@ -11,7 +11,6 @@ import numpy as np
 from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import (
-    AXES,
     Addition,
     Comparison,
     Freed,
@@ -20,7 +19,7 @@ from seals.effects.identification import (
     Stage,
     Subject,
 )
-from seals.frames import skew_last
+from seals.frames import AXES, skew_last
 from seals.motion import Body
 from seals.robot.model import RobotModel
 from seals.schema import param

@@ -21,7 +21,7 @@ from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
-from seals.plugins.tasks.rewards import Reward, chosen, length, near, unshaped
+from seals.plugins.tasks.rewards import Reward, chosen, near
 from seals.robot.model import RobotModel
 from seals.schema import vector
 
@@ -369,15 +369,11 @@ class TaskCatch(TaskReach):
             away, away * 0.0 + 2.0
         )
 
-    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return the rewards of a step, shape (N,), and the new state."""
-        given = unshaped(self, now, self.distance(now), memory)
-        if given is not None:
-            return given
-        cost = self.smooth * length(now.action - before.action)
+    def gained(self, now: Instant, before: Instant) -> Array:
+        """Return the rewards of a step without the cost of its action, shape (N,)."""
         if self.reward_form is Reward.progress:
-            return self.rate * (self.stages(now) - self.stages(before)) - cost, memory
-        return self.stages(now) - cost, memory
+            return self.rate * (self.stages(now) - self.stages(before))
+        return self.stages(now)
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a memoryless scripted diver, shape (N, 4)."""

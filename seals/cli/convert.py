@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.overrides import typed
-from seals.errors import ConfigError, LogError, SealsError
+from seals.errors import ConfigError, LogError, SealsError, refuse_absent
 from seals.file_names import refuse_taken
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
@@ -98,8 +98,7 @@ def execute(config: Any) -> int:
     from seals.config.build import build
 
     for key, value in (("log", config.log), ("out", config.out)):
-        if not value:
-            raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
+        refuse_absent(value or None, key, "seals convert log=FILE out=FOLDER")
     out = Path(str(config.out))
     refuse_taken(out, key="out", replace=config.replace)
     # anything but a log folder is kept

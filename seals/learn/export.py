@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.errors import ConfigError, SealsError, optional_import, suggestion
+from seals.errors import ConfigError, SealsError, optional_import, refuse_absent, suggestion
 from seals.field_roles import roles
 from seals.file_names import refuse_taken
 from seals.learn.policy import NetworkPolicy, load_policy
@@ -67,8 +67,7 @@ def execute(config: Any) -> int:
     if out.suffix != ".onnx":
         raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
     refuse_taken(out, key="out", replace=config.replace and out.is_file())
-    if not config.policy:
-        raise ConfigError("policy is not given.\nSay which: seals export policy=FOLDER")
+    refuse_absent(config.policy or None, "policy", "seals export policy=FOLDER")
     policy = load_policy(policy_folder(str(config.policy)))
     content, difference = onnx_of(policy)
     out.parent.mkdir(parents=True, exist_ok=True)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_absent, suggestion
 from seals.file_names import refuse_taken
 from seals.logs.atomic import write_table
 from seals.report.figures import Chart, Series
@@ -112,8 +112,7 @@ def execute(config: Any) -> int:
     Raises:
         ConfigError: a setting is wrong, or no run is left.
     """
-    if not config.folder:
-        raise ConfigError("folder is not given.\nSay which: seals runs FOLDER")
+    refuse_absent(config.folder or None, "folder", "seals runs FOLDER")
     _refuse_targets(config)
     rows = find_rows(Path(str(config.folder)))
     for row in rows:

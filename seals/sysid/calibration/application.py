@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.compose import output_folder
-from seals.errors import ConfigError, printable
+from seals.errors import ConfigError, printable, refuse_absent
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
 from seals.report import Chart, Choice, write_picture
@@ -141,10 +141,7 @@ def execute(config: Any) -> int:
     """
     from seals.run.progress import progress
 
-    if config.log is None:
-        raise ConfigError(
-            "log is not given.\nSay which: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
-        )
+    refuse_absent(config.log, "log", "seals calibrate log=FOLDER parameters=[mass] out=FOLDER")
     given = given_logs(config)
     check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])
     if config.apply and not config.robot.folder:

@@ -205,10 +205,7 @@ def difference(
     """
     windows = gram.windows
     _, _, mark = _fitted(gram, table, *pair)
-    left = windows.leftover(gram.outputs @ mark)
-    channels = len(windows.channel_of)
-    inside = left[:, : windows.length * channels].reshape(windows.count, windows.length, channels)
-    square = inside[chosen] ** 2
+    square = windows.cells(windows.leftover(gram.outputs @ mark))[chosen] ** 2
     seen = windows.weight[chosen] > 0.0
     out = {}
     for name in dict.fromkeys(windows.channel_of):

@@ -282,12 +282,10 @@ class RunFitter(CaseFitter):
         """Residuals of the fitted channels of one run; correlated samples are weighted down."""
         return self.experiment.weighted(case, predicted)
 
-    def step(self, key: int, value: float) -> float:
-        """Finite difference of a key, away from its upper bound."""
-        step = _SHARE * self.scale[key]
-        if self.experiment.names[key].endswith(".delay"):
-            step = max(step, _TICK)
-        return float(-step if value + step > self.bounds[key, 1] else step)
+    def nudge(self, key: int) -> float:
+        """Size of the finite difference of a key."""
+        step = float(_SHARE * self.scale[key])
+        return max(step, _TICK) if self.experiment.names[key].endswith(".delay") else step
 
     def reach(self, task: FitTask) -> Floats:
         """Longest step of every unknown.

@@ -94,6 +94,11 @@ class Windows:
         """Return the whitened misfit of a prediction, one column."""
         return self.whiten(self.residual(prediction)[:, :, None])
 
+    def cells(self, outputs: Floats) -> Floats:
+        """Return the part of whitened outputs that are readings, shape (W, K, channels)."""
+        shape = self.count, self.length, len(self.channel_of)
+        return outputs[:, : shape[1] * shape[2]].reshape(shape)
+
     def level(self, prediction: Prediction) -> float:
         """Return the misfit of a prediction per degree of freedom; noise and gusts alone give 1."""
         missed = self.missed(prediction)
@@ -456,9 +461,7 @@ def _imu(name: str) -> bool:
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:
     """Return the mean squared whitened residual by channel."""
-    channels = len(windows.channel_of)
-    inside = misfit[:, : windows.length * channels]
-    squares = inside.reshape(windows.count, windows.length, channels) ** 2
+    squares = windows.cells(misfit) ** 2
     seen = windows.weight > 0.0
     out: dict[str, float] = {}
     for name in dict.fromkeys(windows.channel_of):

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.compose import output_folder
-from seals.errors import ConfigError, LogError
+from seals.errors import ConfigError, LogError, refuse_absent
 from seals.file_names import DIAGNOSIS
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
@@ -53,8 +53,7 @@ def execute(config: Any) -> int:
     """
     from seals.run.progress import progress
 
-    if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
+    refuse_absent(config.log, "log", "seals diagnose log=FOLDER out=FOLDER")
     given = given_logs(config)
     out = output_folder(config.out)
     make_folder(out)

@@ -175,12 +175,10 @@ def restarted(fitter: Fitter, values: Mapping[str, float]) -> tuple[Floats, Floa
     start, _ = windows.explained(whole)
     carried = windows._marginal.outputs[:, :, : windows.size]
     rest = whole - np.einsum("wkn,wn->wk", carried, start)
-    shape = (windows.count, windows.length, len(windows.channel_of))
-    inside = shape[1] * shape[2]
     with np.errstate(divide="ignore"):
         scale = np.where(windows.weight > 0.0, 1.0 / windows.weight, np.nan)
     spread = np.sqrt(_variance(windows))
-    return rest[:, :inside].reshape(shape) * scale, spread[:, :inside].reshape(shape) * scale
+    return windows.cells(rest) * scale, windows.cells(spread) * scale
 
 
 def _variance(windows: Windows) -> Floats:

@@ -14,7 +14,7 @@ from seals.arrays import Floats
 from seals.config.compose import output_folder
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
-from seals.errors import ConfigError, MissingExtra, SealsError, printable, suggestion
+from seals.errors import ConfigError, MissingExtra, SealsError, printable, refuse_absent, suggestion
 from seals.field_roles import Role, roles_of
 from seals.file_names import refuse_taken
 from seals.logs.atomic import atomic_path, write_json
@@ -48,10 +48,7 @@ def add(config: Any) -> int:
         ConfigError: something is missing, or the diagnosis gives nothing to add.
         LogError: the diagnosed log cannot be used.
     """
-    if config.diagnosis is None:
-        raise ConfigError(
-            "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
-        )
+    refuse_absent(config.diagnosis, "diagnosis", "seals add diagnosis=FOLDER name=MY_MODEL")
     target = _target(config)
     robot = f" {typed('robot', robot_name(config))}" if config.robot.folder else ""
     finding = read_answer(
@@ -137,8 +134,7 @@ def verify(config: Any) -> int:
     """
     from omegaconf import OmegaConf
 
-    if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals verify log=FOLDER model=MY_MODEL")
+    refuse_absent(config.log, "log", "seals verify log=FOLDER model=MY_MODEL")
     if config.model is None:
         names = overlay_names()
         raise ConfigError(f"model is not given.\n{suggestion('', names, label='In models/')}")
