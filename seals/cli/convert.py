@@ -38,9 +38,8 @@ def convert(arguments: list[str]) -> int:
     words = list(arguments)
     given = dict(word.partition("=")[::2] for word in words if not word.startswith("-"))
     if len(given) == len(words) and "experiment" not in given:
-        if not given.get("log"):
-            bare = next((word for word in words if "=" not in word), "FILE")
-            raise ConfigError(f"log is not given.\nSay which: seals convert log={bare} out=FOLDER")
+        bare = next((word for word in words if "=" not in word), "FILE")
+        refuse_absent(given.get("log") or None, "log", f"seals convert log={bare} out=FOLDER")
         named = read_yaml(given["map"]).get("reader") if given.get("map") else None
         if named is not None and given.get("reader", named) != named:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from seals.config.compose import output_folder
-from seals.errors import ConfigError
+from seals.errors import ConfigError, refuse_absent
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path, write_json
 from seals.report.pictures import dress, figure_class, log_scale
@@ -97,11 +97,8 @@ def _write_plan(
 
 def _open_question(given: Answer, place: str) -> list[str]:
     """Return the effects that a diagnosis could not tell apart."""
-    if not given.verdict:
-        raise ConfigError(
-            "effects is not given.\nSay which: seals plan effects=[payload,thrust_coefficient]"
-            " log=FOLDER, or diagnosis=FOLDER"
-        )
+    command = "seals plan effects=[payload,thrust_coefficient] log=FOLDER, or diagnosis=FOLDER"
+    refuse_absent(given.verdict or None, "effects", command)
     if not given.ambiguous_with:
         raise ConfigError(
             f"diagnosis={place}: the verdict is '{given.verdict}', with nothing left open.\n"

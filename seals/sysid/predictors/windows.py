@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.frames import multiply, rotation_vector
+from seals.least_squares import factors_scaled
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
@@ -262,11 +263,7 @@ class Windows:
         if self._bias is not None:
             last = range(n + m, n + m + 6)
             normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
-        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
-        normal *= scale[:, :, None]
-        normal *= scale[:, None, :]
-        normal += 1e-11 * np.eye(normal.shape[1])
-        factor = np.linalg.cholesky(normal)
+        scale, factor = factors_scaled(normal)
         return Weights(scale, factor, np.linalg.inv(factor))
 
     def _run(

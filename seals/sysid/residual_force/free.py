@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.least_squares import factors_scaled
 from seals.sysid.predictors.problem import LOOSE, WINDOW, stated_starts, transient_rows
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.windows import WHOLE, Windows
@@ -115,10 +116,7 @@ class FreeWindows(Windows):
         """Products of the knots and of the responses, which stay while the misfit changes."""
         loose, size = self._marginal.outputs, self.size
         start, both = loose[:, :, :size], np.concatenate([loose[:, :, size:], columns], axis=2)
-        held = np.matmul(start.transpose(0, 2, 1), start)
-        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", held), 1e-300))
-        held = held * scale[:, :, None] * scale[:, None, :] + 1e-11 * np.eye(size)
-        factor = np.linalg.cholesky(held)
+        scale, factor = factors_scaled(np.matmul(start.transpose(0, 2, 1), start))
         absorbed = self._absorbed_by_start(factor, scale, both)
         table = np.matmul(both.transpose(0, 2, 1), both)
         table -= np.matmul(absorbed.transpose(0, 2, 1), absorbed)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.least_squares import solve_scaled
+from seals.least_squares import inverses_scaled, solve_scaled
 from seals.sysid.residual_force.evidence import Evidence
 
 FOLDS = 5
@@ -98,10 +98,7 @@ class Table:
 
     def covariance(self, chosen: Sequence[int]) -> Floats:
         """Posterior covariance of the chosen columns' coefficients."""
-        total = self._block(chosen).sum(axis=0)[:-1, :-1]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
-        inverse = np.linalg.inv(total * scale[:, None] * scale + 1e-12 * np.eye(len(scale)))
-        return inverse * scale[:, None] * scale
+        return inverses_scaled(self._block(chosen).sum(axis=0)[None, :-1, :-1])[0]
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
         """Decrease of the misfit by some columns added to others, fitted to all windows."""
