@@ -407,4 +407,5 @@ def factors_scaled(blocks: Floats) -> tuple[Floats, Floats]:
     blocks *= scale[:, :, None]
     blocks *= scale[:, None, :]
     blocks += 1e-11 * np.eye(blocks.shape[1])
-    return scale, np.linalg.cholesky(blocks)
+    factors: Floats = np.linalg.cholesky(blocks)
+    return scale, factors

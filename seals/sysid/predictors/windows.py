@@ -264,7 +264,8 @@ class Windows:
             last = range(n + m, n + m + 6)
             normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
         scale, factor = factors_scaled(normal)
-        return Weights(scale, factor, np.linalg.inv(factor))
+        inverse: Floats = np.linalg.inv(factor)
+        return Weights(scale, factor, inverse)
 
     def _run(
         self,

@@ -98,7 +98,9 @@ class Table:
 
     def covariance(self, chosen: Sequence[int]) -> Floats:
         """Posterior covariance of the chosen columns' coefficients."""
-        return inverses_scaled(self._block(chosen).sum(axis=0)[None, :-1, :-1])[0]
+        total = self._block(chosen).sum(axis=0)[:-1, :-1]
+        covariance: Floats = inverses_scaled(total[None])[0]
+        return covariance
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
         """Decrease of the misfit by some columns added to others, fitted to all windows."""
