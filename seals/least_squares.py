@@ -407,5 +407,4 @@ def factors_scaled(blocks: Floats) -> tuple[Floats, Floats]:
     blocks *= scale[:, :, None]
     blocks *= scale[:, None, :]
     blocks += 1e-11 * np.eye(blocks.shape[1])
-    factors: Floats = np.linalg.cholesky(blocks)
-    return scale, factors
+    return scale, np.asarray(np.linalg.cholesky(blocks), dtype=np.float64)

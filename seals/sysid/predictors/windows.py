@@ -264,8 +264,7 @@ class Windows:
             last = range(n + m, n + m + 6)
             normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
         scale, factor = factors_scaled(normal)
-        inverse: Floats = np.linalg.inv(factor)
-        return Weights(scale, factor, inverse)
+        return Weights(scale, factor, np.asarray(np.linalg.inv(factor), dtype=np.float64))
 
     def _run(
         self,
