@@ -88,7 +88,7 @@ NETWORK: dict[str, Guard] = {
         "one_turn",
     ),
     "declarations of others": Guard(
-        "seals.plugins.live.ros2", '        "access_control": access(taken, published),\n',
+        "seals.plugins.live.ros2", '        "access_control": _access(taken, published),\n',
         "", PEERS, "others_declare or commands_alone", "zenoh",
     ),
     "length of a message": Guard(

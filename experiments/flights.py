@@ -9,14 +9,13 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.experiments.command import folder_of, parser_of
+from seals.frames import AXES
 from seals.logs import Log
 from seals.report.figures import Chart, Series
 from seals.run.application import run_into
 from seals.run.build import run_settings
 from seals.run.simulation import Record
 from seals.world import Ledger
-
-AXES = ("x", "y", "z")
 
 
 def options(name: str, arguments: Sequence[str] | None) -> tuple[Path, list[str]]:

@@ -207,3 +207,14 @@ def column_of(value: Any, like: Array) -> Array:
     if isinstance(value, int | float):
         return as_like([[value]], like)
     return as_like(value, like)
+
+
+def true_spans(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the first row, and the row after the last, of each run of true rows.
+
+    Example:
+        >>> true_spans(np.array([True, False, True, True]))
+        [(0, 1), (2, 4)]
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(first, end) for first, end in edges.reshape(-1, 2).tolist()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -41,6 +42,33 @@ def environment() -> dict[str, str]:
     else:
         found.pop(PATH, None)
     return found
+
+
+def tried(file: str | Path, *words: str, seconds: float) -> tuple[int | None, str]:
+    """Run a file of the package to see whether what it needs works here.
+
+    A driver that does not may end its process, hence a child.
+
+    Args:
+        file: to run, see `command`.
+        words: its arguments.
+        seconds: longest time that it may take [s].
+
+    Returns:
+        Exit code, None where it took longer, and the last line that it said.
+    """
+    try:
+        done = subprocess.run(
+            command(file, *words),
+            env=environment(),
+            capture_output=True,
+            timeout=seconds,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return None, ""
+    said = (done.stderr + done.stdout).decode(errors="replace").splitlines()
+    return done.returncode, next((line.strip() for line in reversed(said) if line.strip()), "")
 
 
 def protect_children(words: Sequence[str] | None) -> None:

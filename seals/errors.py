@@ -194,3 +194,24 @@ def printable(text: str) -> str:
         'a [2J b'
     """
     return "".join(sign if sign.isprintable() else " " for sign in text)
+
+
+def refuse_absent(value: object, key: str, command: str) -> None:
+    """Refuse a command without a value that it needs.
+
+    Args:
+        value: as given; None where it is not.
+        key: that it is the value of.
+        command: that gives it.
+
+    Raises:
+        ConfigError: it is not given.
+
+    Example:
+        >>> refuse_absent(None, "log", "seals diagnose log=FOLDER")
+        Traceback (most recent call last):
+        seals.errors.ConfigError: log is not given.
+        Say which: seals diagnose log=FOLDER
+    """
+    if value is None:
+        raise ConfigError(f"{key} is not given.\nSay which: {command}")

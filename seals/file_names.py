@@ -6,6 +6,7 @@ place elsewhere.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +22,8 @@ RECORDINGS: Mapping[str, str] = {
     ".mat": "matlab",
 }
 """Endings that only recordings have, with their readers; ``.gz`` may follow."""
+DIAGNOSIS, REPORT = "diagnosis.json", "report.html"
+"""Answer of a diagnosis, and the page beside the results of a command."""
 _STRANGE = re.compile(r"[^\w.-]+")
 _REFUSED = frozenset('/\\:*?"<>|\0')
 _MOST = 120
@@ -65,6 +68,23 @@ def checked_name(text: str, *, key: str) -> str:
             "Allowed: letters, digits, '_', '-' and '.', not at the front."
         )
     return text
+
+
+def refuse_taken(place: str | Path, *, key: str = "", replace: bool | None = None) -> None:
+    """Refuse to write over a file, folder or link that exists.
+
+    Args:
+        place: to be written.
+        key: that it is the value of; empty where it is made of something else.
+        replace: whether it may be written over; None where nothing can allow that.
+
+    Raises:
+        ConfigError: it exists and stays.
+    """
+    if os.path.lexists(place) and not replace:
+        way = "move it away" if replace is None else "add replace=true"
+        name = f"{key}={place}" if key else f"'{place}'"
+        raise ConfigError(f"{name} exists already.\nChoose another name, or {way}.")
 
 
 def short_path(path: Path) -> Path:

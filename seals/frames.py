@@ -13,6 +13,8 @@ import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, fixed, namespace
 
+AXES = ("x", "y", "z")
+
 # R = sum_ij K[r, 4 i + j] q_i q_j: nine entries of the rotation matrix as quadratic forms of (x,
 # y, z, w).
 _QUADRATIC = {

@@ -58,7 +58,7 @@ class Proposal(NamedTuple):
     share: float
 
 
-class Outcome(Protocol):
+class _Outcome(Protocol):
     """Result of a trial step."""
 
     @property
@@ -68,7 +68,7 @@ class Outcome(Protocol):
 
 T = TypeVar("T", bound=Iterate)
 T_contra = TypeVar("T_contra", bound=Iterate, contravariant=True)
-Found = TypeVar("Found", bound=Outcome)
+Found = TypeVar("Found", bound=_Outcome)
 
 
 class LeastSquares(Protocol[T_contra, Found]):
@@ -384,3 +384,27 @@ def solve_scaled(matrix: Floats, right: Floats, *, damping: float = 0.0) -> Floa
     scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
     scaled = matrix * scale[:, None] * scale[None, :] + (damping + 1e-12) * np.eye(len(scale))
     return np.linalg.solve(scaled, right * scale) * scale
+
+
+def inverses_scaled(blocks: Floats) -> Floats:
+    """Invert symmetric positive matrices after scaling their diagonals to one, (W, p, p)."""
+    scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", blocks), 1e-300))
+    scaled = blocks * scale[:, :, None] * scale[:, None, :] + 1e-12 * np.eye(blocks.shape[1])
+    inverses: Floats = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
+    return inverses
+
+
+def factors_scaled(blocks: Floats) -> tuple[Floats, Floats]:
+    """Factor symmetric positive matrices after scaling their diagonals to one; in their memory.
+
+    Args:
+        blocks: shape (W, p, p); overwritten.
+
+    Returns:
+        The scale of each row and column, shape (W, p), and Cholesky factors, shape (W, p, p).
+    """
+    scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", blocks), 1e-300))
+    blocks *= scale[:, :, None]
+    blocks *= scale[:, None, :]
+    blocks += 1e-11 * np.eye(blocks.shape[1])
+    return scale, np.asarray(np.linalg.cholesky(blocks), dtype=np.float64)

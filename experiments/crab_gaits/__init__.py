@@ -8,8 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from seals.arrays import true_spans
 from seals.experiments.command import folder_of, markdown, parser_of
 from seals.experiments.crab_gaits.cases import CASES, GAITS, Case
 from seals.experiments.crab_gaits.reaching import TASKS, reach
@@ -83,7 +82,7 @@ def _gaits(out: Path, overrides: Sequence[str]) -> None:
             ],
         )
     )
-    draw_falls(walks, out / "foot_falls.png")
+    _draw_falls(walks, out / "foot_falls.png")
 
 
 def _trials(out: Path, seeds: int, only: Sequence[str]) -> None:
@@ -136,7 +135,7 @@ SPAN = 1.5
 """Time that is shown [s]."""
 
 
-def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
+def _draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
     """Draw the stance phases of all feet, one row of the figure per walk.
 
     Args:
@@ -156,10 +155,9 @@ def draw_falls(walks: Mapping[str, Walk], path: Path) -> None:
             colour = "#b5541c" if walk.feet[k].startswith("left") else "#2a6f97"
             # start and length of every time that a foot stands [s]
             step = float(time[1] - time[0])
-            change = np.diff(np.concatenate(([0], walk.stands[shown, k].astype(int), [0])))
-            starts, ends = np.flatnonzero(change == 1), np.flatnonzero(change == -1)
+            stands = true_spans(walk.stands[shown, k])
             panel.broken_barh(
-                [(float(time[a]), step * float(b - a)) for a, b in zip(starts, ends, strict=True)],
+                [(float(time[a]), step * float(b - a)) for a, b in stands],
                 (k - 0.4, 0.8),
                 color=colour,
             )

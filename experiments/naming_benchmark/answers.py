@@ -144,7 +144,7 @@ Sparsifier = Callable[[Floats, Floats, float], Kept]
 """Columns that sparse regression keeps, of columns of length one, a residual and a threshold."""
 
 
-def stlsq(unit: Floats, residual: Floats, least: float) -> Kept:
+def _stlsq(unit: Floats, residual: Floats, least: float) -> Kept:
     """Sequentially thresholded least squares: refit without small coefficients."""
     kept = np.arange(unit.shape[1])
     for _ in range(20):
@@ -164,7 +164,7 @@ def stlsq_of_pysindy(unit: Floats, residual: Floats, least: float) -> Kept:
 
 
 def sparse(
-    table: Regression, threshold: float, sparsify: Sparsifier = stlsq
+    table: Regression, threshold: float, sparsify: Sparsifier = _stlsq
 ) -> tuple[Names, float]:
     """Sequentially thresholded least squares at one threshold.
 
@@ -183,7 +183,7 @@ def sparse(
     least = threshold * float(np.abs(_ridge(unit, table.residual, RIDGE)[1]).max())
     kept = sparsify(unit, table.residual, least)
     if not len(kept):
-        return (), bic(table, ())
+        return (), _bic(table, ())
     _, size = _ridge(unit[:, kept], table.residual)
     strength = dict(zip(alive[kept].tolist(), np.abs(size).tolist(), strict=True))
     ranked = sorted(
@@ -192,10 +192,10 @@ def sparse(
         reverse=True,
     )  # fmt: skip
     names = tuple(dict.fromkeys(name for value, name in ranked if value > 0.0))
-    return names, bic(table, tuple(alive[kept].tolist()))
+    return names, _bic(table, tuple(alive[kept].tolist()))
 
 
-def bic(table: Regression, columns: Sequence[int], freedom: int | None = None) -> float:
+def _bic(table: Regression, columns: Sequence[int], freedom: int | None = None) -> float:
     """Bayesian information criterion of a regression on some columns, noise level unknown."""
     left, n = table.residual, len(table.residual)
     if columns:
@@ -205,21 +205,21 @@ def bic(table: Regression, columns: Sequence[int], freedom: int | None = None) -
     return float(n * np.log(left @ left / n) + count * np.log(n))
 
 
-def one_step_sparse(table: Regression, sparsify: Sparsifier = stlsq) -> Names:
+def one_step_sparse(table: Regression, sparsify: Sparsifier = _stlsq) -> Names:
     """Sparse regression (STLSQ) at the threshold that BIC prefers."""
     found = [sparse(table, threshold, sparsify) for threshold in THRESHOLDS]
     names, score = min(found, key=lambda f: f[1])
-    return names if score < bic(table, ()) else ()
+    return names if score < _bic(table, ()) else ()
 
 
-def one_step_bic(table: Regression) -> Names:
+def _one_step_bic(table: Regression) -> Names:
     """Return the effect with the best BIC, if any is better than none."""
     found: dict[str, float] = {}
     for (name, label), group in table.groups.items():
-        score = bic(table, group, table.freedom[name, label])
+        score = _bic(table, group, table.freedom[name, label])
         found[name] = min(found.get(name, np.inf), score)
     best = min(found, key=lambda name: found[name])
-    return (best,) if found[best] < bic(table, ()) else ()
+    return (best,) if found[best] < _bic(table, ()) else ()
 
 
 def plain(problem: Problem) -> Fitter:
@@ -235,7 +235,7 @@ def plain(problem: Problem) -> Fitter:
     return Fitter(plant, trajectory, dynamics, windows)
 
 
-def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
+def _multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
     """Multiple shooting: fit every effect with free start states; BIC chooses one, or none.
 
     Args:
@@ -261,7 +261,7 @@ def multi_shoot_bic(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -
     return min(scores, key=lambda names: scores[names])
 
 
-def all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
+def _all_at_once(curved: Mapping[str, Mapping[str, float]], fitter: Fitter) -> Names:
     """Ridge regression of all parameters together; those beyond 3 sigma are declared.
 
     One linear solve: steps from zero of a model this free diverge on some logs. A tether and waves
@@ -312,10 +312,10 @@ class Question:
 
 METHODS: Mapping[str, Callable[[Question], Names]] = {
     "one-step STLSQ": lambda q: one_step_sparse(q.table),
-    "one-step group BIC": lambda q: one_step_bic(q.table),
-    "multi-shoot BIC": lambda q: multi_shoot_bic(q.table.curved, q.plain),
-    "all at once": lambda q: all_at_once(q.table.curved, q.plain),
-    "BIC with tolerances": lambda q: multi_shoot_bic(q.table.curved, q.tolerant),
+    "one-step group BIC": lambda q: _one_step_bic(q.table),
+    "multi-shoot BIC": lambda q: _multi_shoot_bic(q.table.curved, q.plain),
+    "all at once": lambda q: _all_at_once(q.table.curved, q.plain),
+    "BIC with tolerances": lambda q: _multi_shoot_bic(q.table.curved, q.tolerant),
 }
 """By the name in the table. The last has all of the engine's model of what is uncertain, and lacks
 its price of freedom, its search for more than one effect, and its ways to abstain."""

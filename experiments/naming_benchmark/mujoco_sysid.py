@@ -286,7 +286,7 @@ class _Residual:
         share = (spot - low)[:, None]
         delayed = told[low, 7:] * (1 - share) + told[low + 1, 7:] * share
         pose = told[picked]
-        turn = 2.0 * attitude_error(pose[:, 3:7], seen[:, 3:7])
+        turn = 2.0 * _attitude_error(pose[:, 3:7], seen[:, 3:7])
         noise = self.flight.noise
         parts = {
             "position": pose[:, :3] - seen[:, :3],
@@ -302,7 +302,7 @@ def _names(params: Any) -> list[str]:
     return list(params.keys())
 
 
-def attitude_error(a: Floats, b: Floats) -> Floats:
+def _attitude_error(a: Floats, b: Floats) -> Floats:
     """Vector part of conj(b) a, quaternions w, x, y, z."""
     vector = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
     out: Floats = vector * np.sign(np.sum(a * b, axis=1))[:, None]
@@ -331,7 +331,7 @@ def _declared(flight: Flight) -> tuple[str, ...]:
     return tuple(effects)
 
 
-def answer(effects: tuple[str, ...]) -> dict[str, Any]:
+def _answer(effects: tuple[str, ...]) -> dict[str, Any]:
     """Return an answer in the form of ``diagnosis.json``."""
     verdict = "named" if effects else "nothing_missing"
     return {"verdict": verdict, "effects": [{"name": n, "parameters": {}} for n in effects]}
@@ -346,7 +346,7 @@ def main() -> None:
     parser.add_argument("--log", type=Path)
     asked = parser.parse_args()
     if asked.log is not None:
-        print(json.dumps(answer(_declared(Flight.of_log(asked.log)))))
+        print(json.dumps(_answer(_declared(Flight.of_log(asked.log)))))
         return
     if asked.set is None or asked.out is None:
         parser.error("give SET and OUT, or --log FOLDER")
@@ -357,7 +357,7 @@ def main() -> None:
         effects = _declared(Flight.of_case(case))
         place = asked.out / case.name
         place.mkdir(parents=True, exist_ok=True)
-        (place / "diagnosis.json").write_text(json.dumps(answer(effects)), encoding="utf-8")
+        (place / "diagnosis.json").write_text(json.dumps(_answer(effects)), encoding="utf-8")
         print(case.name, f"{time.perf_counter() - begin:.0f} s", *effects, flush=True)
 
 

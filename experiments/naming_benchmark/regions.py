@@ -69,7 +69,7 @@ def true_regions(folder: Path) -> Shown:
     return Shown(time, np.array([[float(row[axis]) for axis in AXES] for row in rows]))
 
 
-def declared(problem: Problem, names: Sequence[str]) -> Shown:
+def _declared(problem: Problem, names: Sequence[str]) -> Shown:
     """Return how far effects that a method names move the readings.
 
     Their sizes are those of a least-squares fit of them to the windows of the log, the same for
@@ -143,7 +143,7 @@ def found_regions(problem: Problem, folder: Path, names: Sequence[str]) -> dict[
     truth = true_regions(folder)
     begin = float(truth.time[0]) - 0.25
     told = _phases(problem, begin, int(np.ceil((truth.time[-1] - begin) / BIN)))
-    pair = truth.regions(begin, told), declared(problem, names).regions(begin, told)
+    pair = truth.regions(begin, told), _declared(problem, names).regions(begin, told)
     return {
         "true": {kind: sorted(getattr(pair[0], kind)) for kind in Regions._fields},
         "declared": {kind: sorted(getattr(pair[1], kind)) for kind in Regions._fields},

@@ -34,7 +34,7 @@ NEEDS = {STLSQ: "pysindy", STEPWISE: "statsmodels"}
 _TIMEOUT = 900.0
 
 
-def stepwise(table: Regression) -> Names:
+def _stepwise(table: Regression) -> Names:
     """Add the effect that lowers BIC most, by ordinary least squares of statsmodels.
 
     Every parameter of an effect counts, those of effects without a response about zero, too.
@@ -66,7 +66,7 @@ def stepwise(table: Regression) -> Names:
 
 REGRESSIONS: Mapping[str, Callable[[Regression], Names]] = {
     STLSQ: lambda table: one_step_sparse(table, stlsq_of_pysindy),
-    STEPWISE: stepwise,
+    STEPWISE: _stepwise,
 }
 
 

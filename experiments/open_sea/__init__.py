@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     for name, tow in tows.items():
         np.savez_compressed(out / f"{name}.npz", **tow._asdict())
-    draw(out, tows["alone"], tows["ball"])
+    _draw(out, tows["alone"], tows["ball"])
     show_table(out, measures(tows["alone"], tows["ball"]).table())
     return 0
 
@@ -56,7 +56,7 @@ CLOSE = 1.5
 """Length of the close look at the forces [s]."""
 
 
-def draw(folder: Path, alone: Tow, ball: Tow) -> None:
+def _draw(folder: Path, alone: Tow, ball: Tow) -> None:
     """Write ``figure.png`` and ``side.png``."""
     tow, middle = ball, POINTS // 2
     surface = {"particles": alone.inside[:, middle], "outer sea": alone.outside[:, middle]}

@@ -9,7 +9,8 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.experiments.command import markdown, show_table
-from seals.experiments.flights import AXES, deviations, flown, forces, options
+from seals.experiments.flights import deviations, flown, forces, options
+from seals.frames import AXES
 from seals.logs import Log
 from seals.report.figures import Chart, Mark, Series
 from seals.report.pictures import write_picture

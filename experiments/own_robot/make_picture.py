@@ -19,7 +19,7 @@ FRAME = 1.5
 """Time of the frame that is shown [s]; it hovers then."""
 
 
-def draw(run: Path, picture: Path) -> None:
+def _draw(run: Path, picture: Path) -> None:
     """Render one frame of a run, and draw height and way beside it.
 
     Args:
@@ -57,4 +57,4 @@ def draw(run: Path, picture: Path) -> None:
 
 
 if __name__ == "__main__":
-    draw(Path(sys.argv[1]), Path(sys.argv[2]))
+    _draw(Path(sys.argv[1]), Path(sys.argv[2]))

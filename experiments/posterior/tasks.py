@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from seals.experiments.learning_study.arms import Training
+from seals.file_names import DIAGNOSIS
 from seals.learn.environments.posterior import Estimate
 from seals.logs.atomic import write_json
-from seals.sysid.validation.answer import ANSWER
 
 NORMAL90 = 1.6449
 """Half of a 90 % interval in standard deviations."""
@@ -136,7 +136,7 @@ def write_stated(task: RealTask, values: Values, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     said = "stated, not diagnosed"
     content = {"verdict": "named", "effects": entries, "nominal": {}, "reasons": [said]}
-    write_json(folder / ANSWER, content)
+    write_json(folder / DIAGNOSIS, content)
 
 
 def stated_of(task: RealTask) -> dict[str, Values]:

@@ -108,7 +108,7 @@ def light(grade: Grade) -> Outcome:
     return Outcome(lines, [chart], found.particles, found.spacing, across, "Archimedes")
 
 
-def sinking(grade: Grade) -> Outcome:
+def _sinking(grade: Grade) -> Outcome:
     """Let bodies of 0.8, 1.0 and 1.2 times the water's density go under water."""
     across = 8 if grade.quick else 20
     shape, lines, series = SHAPES["sphere"], [], []
@@ -179,6 +179,6 @@ CASES = (
         Case(f"afloat_{name}", f"Archimedes: a {name} afloat", partial(_afloat, name))
         for name in SHAPES
     ),
-    Case("sinking", "Lighter, equal and heavier than water", sinking),
+    Case("sinking", "Lighter, equal and heavier than water", _sinking),
     Case("light", "A light ball for ten seconds", light, quick=False),
 )

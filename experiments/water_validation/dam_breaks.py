@@ -137,7 +137,7 @@ def collapse(  # noqa: PLR0917  one geometry
     return Course(time, front, high, count)
 
 
-def martin_moyce(grade: Grade) -> Outcome:
+def _martin_moyce(grade: Grade) -> Outcome:
     """Compare with Martin and Moyce 1952."""
     a, unit = MARTIN_MOYCE, math.sqrt(MARTIN_MOYCE / GRAVITY)
     spacing = a / (16 if grade.quick else 32)
@@ -174,7 +174,7 @@ def martin_moyce(grade: Grade) -> Outcome:
     return Outcome(lines, charts, found.particles, spacing, a / spacing, source)
 
 
-def koshizuka_oka(grade: Grade) -> Outcome:
+def _koshizuka_oka(grade: Grade) -> Outcome:
     """Compare with Koshizuka and Oka 1996."""
     width = 0.146
     spacing = width / (16 if grade.quick else 32)
@@ -235,6 +235,6 @@ def _chart(  # noqa: PLR0917  one chart
 
 
 CASES = (
-    Case("martin_moyce", "Dam break of Martin and Moyce", martin_moyce),
-    Case("koshizuka_oka", "Dam break of Koshizuka and Oka", koshizuka_oka),
+    Case("martin_moyce", "Dam break of Martin and Moyce", _martin_moyce),
+    Case("koshizuka_oka", "Dam break of Koshizuka and Oka", _koshizuka_oka),
 )

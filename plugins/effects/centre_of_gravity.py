@@ -15,7 +15,7 @@ from seals.effects import (
     addition_along_axes,
 )
 from seals.effects.effect import Effect, Parameters
-from seals.effects.rigid import skew
+from seals.frames import skew_last
 from seals.motion import Body
 from seals.schema import param
 
@@ -86,8 +86,8 @@ class CentreOfGravity(Effect):
     def inertia_change(body: Body, params: Parameters) -> Array:
         """Change of the inertia about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(body.mass)
-        shift = skew(params["offset"] + body.centre_of_mass * 0.0)
-        before = skew(body.centre_of_mass + params["offset"] * 0.0)
+        shift = skew_last(params["offset"] + body.centre_of_mass * 0.0)
+        before = skew_last(body.centre_of_mass + params["offset"] * 0.0)
         after = before + shift
         corner = xp.matmul(before, before) - xp.matmul(after, after)
         upper = xp.concat((shift * 0.0, -shift), axis=2)

@@ -10,7 +10,6 @@ import numpy as np
 from seals.arrays import Array, fixed, namespace
 from seals.effects.effect import Effect, Parameters
 from seals.effects.identification import (
-    AXES,
     Addition,
     Comparison,
     Freed,
@@ -19,6 +18,7 @@ from seals.effects.identification import (
     Stage,
     Subject,
 )
+from seals.frames import AXES
 from seals.motion import Body
 from seals.robot.whole_body import whole_body
 from seals.schema import param

@@ -11,7 +11,6 @@ import numpy as np
 from seals.arrays import Array, Floats, fixed, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
 from seals.effects.identification import (
-    AXES,
     Addition,
     Comparison,
     Freed,
@@ -20,7 +19,7 @@ from seals.effects.identification import (
     Stage,
     Subject,
 )
-from seals.effects.rigid import skew
+from seals.frames import AXES, skew_last
 from seals.motion import Body
 from seals.robot.model import RobotModel
 from seals.schema import param
@@ -172,7 +171,7 @@ class Payload(Effect):
     def inertia_change(body: Body, params: Parameters) -> Array:
         """Inertia of the point mass about the link origin [kg, kg m, kg m^2]."""
         xp = namespace(params["mass"])
-        arm = skew(params["position"] + body.centre_of_mass * 0.0)
+        arm = skew_last(params["position"] + body.centre_of_mass * 0.0)
         one = arm * 0.0 + fixed(_EYE, arm)
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)

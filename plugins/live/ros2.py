@@ -103,7 +103,7 @@ def session_of(
         "listen/endpoints": list(listen),
         "listen/exit_on_failure": True,
         "scouting/multicast/enabled": False,
-        "access_control": access(taken, published),
+        "access_control": _access(taken, published),
         "transport/link/rx/max_message_size": 16 * MOST,
         "transport/unicast/max_sessions": MOST_SESSIONS,
         # an end waits for whoever was called and says nothing
@@ -203,7 +203,7 @@ _EVERY = (
 )
 
 
-def access(taken: Sequence[str], published: Sequence[str]) -> dict[str, Any]:
+def _access(taken: Sequence[str], published: Sequence[str]) -> dict[str, Any]:
     """Return the value of ``access_control`` in the configuration of a session.
 
     Whatever others declare is kept as long as they are connected. Subscribers of what is published
@@ -215,7 +215,7 @@ def access(taken: Sequence[str], published: Sequence[str]) -> dict[str, Any]:
         published: keys that others may subscribe to.
 
     Example:
-        >>> access(["0/cmd_vel/a/b"], [])["default_permission"]
+        >>> _access(["0/cmd_vel/a/b"], [])["default_permission"]
         'deny'
     """
     rules = [

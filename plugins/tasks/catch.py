@@ -21,9 +21,9 @@ from seals.field_roles import roles
 from seals.learn.task import Draw, Instant
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
-from seals.plugins.tasks.rewards import Reward, length, near, unshaped
+from seals.plugins.tasks.rewards import Reward, chosen, near
 from seals.robot.model import RobotModel
-from seals.schema import setting, vector
+from seals.schema import vector
 
 GAIN = 1.2
 """Of the velocity against the distance [1/s]."""
@@ -195,10 +195,6 @@ _OWN = ("x", "y", "height", "velocity_x", "velocity_y", "velocity_z", "spin_x", 
 _AWAY = ("target_x", "target_y", "target_z", "drift_x", "drift_y", "drift_z", "seen")
 
 
-def _number(default: float, unit: str, low: float, high: float, why: str) -> float:
-    return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")
-
-
 @roles(data="object")
 @dataclass(kw_only=True)
 class TaskCatch(TaskReach):
@@ -236,19 +232,19 @@ class TaskCatch(TaskReach):
         'grip'
     """
 
-    rate: float = _number(10.0, "Hz", 1.0, 250.0, "a hand's breadth a step at full speed")
-    duration: float = _number(25.0, "s", 0.1, 1e4, "twice the expert's time")
-    speed: float = _number(0.5, "m/s", 0.01, 20.0, "faster than a crab on the sea bed")
-    success_distance: float = _number(0.02, "m", 1e-4, 10.0, "a tenth of the height")
-    hold: float = _number(1.0, "s", 0.0, 60.0, "as the mission's last stage")
+    rate: float = chosen(10.0, "Hz", 1.0, 250.0, "a hand's breadth a step at full speed")
+    duration: float = chosen(25.0, "s", 0.1, 1e4, "twice the expert's time")
+    speed: float = chosen(0.5, "m/s", 0.01, 20.0, "faster than a crab on the sea bed")
+    success_distance: float = chosen(0.02, "m", 1e-4, 10.0, "a tenth of the height")
+    hold: float = chosen(1.0, "s", 0.0, 60.0, "as the mission's last stage")
     object: str = "crab"
-    height: float = _number(0.2, "m", 0.0, 100.0, "clear of waves in a tank")
-    depth: float = _number(1.0, "m", 0.0, 1e4, "of the tank of the recipe")
-    grasp: float = _number(0.07, "m", 1e-3, 10.0, "half of a carapace and a finger")
-    closing: float = _number(1.0, "s", 0.01, 60.0, "as the mission")
-    squeeze: float = _number(0.2, "1", 0.0, 1.0, "a newton or two on each tip of the hand of aam")
-    view: float = _number(0.5, "rad", 0.01, 3.2, "the lens of an action camera")
-    firm: float = _number(0.3, "N", 1e-6, 1e3, "above splashes, as the mission")
+    height: float = chosen(0.2, "m", 0.0, 100.0, "clear of waves in a tank")
+    depth: float = chosen(1.0, "m", 0.0, 1e4, "of the tank of the recipe")
+    grasp: float = chosen(0.07, "m", 1e-3, 10.0, "half of a carapace and a finger")
+    closing: float = chosen(1.0, "s", 0.01, 60.0, "as the mission")
+    squeeze: float = chosen(0.2, "1", 0.0, 1.0, "a newton or two on each tip of the hand of aam")
+    view: float = chosen(0.5, "rad", 0.01, 3.2, "the lens of an action camera")
+    firm: float = chosen(0.3, "N", 1e-6, 1e3, "above splashes, as the mission")
     start_low: list[float] = vector((-0.7, -0.7, 0.5), "m", bounds=_BOX, source="chosen: in air")
     start_high: list[float] = vector((0.7, 0.7, 0.8), "m", bounds=_BOX, source="chosen: in air")
     target_low: list[float] = vector((-0.7, -0.7, 0.0), "m", bounds=_BOX, source="chosen")
@@ -373,15 +369,11 @@ class TaskCatch(TaskReach):
             away, away * 0.0 + 2.0
         )
 
-    def reward(self, now: Instant, before: Instant, memory: Array) -> tuple[Array, Array]:
-        """Return the rewards of a step, shape (N,), and the new state."""
-        given = unshaped(self, now, self.distance(now), memory)
-        if given is not None:
-            return given
-        cost = self.smooth * length(now.action - before.action)
+    def gained(self, now: Instant, before: Instant) -> Array:
+        """Return the rewards of a step without the cost of its action, shape (N,)."""
         if self.reward_form is Reward.progress:
-            return self.rate * (self.stages(now) - self.stages(before)) - cost, memory
-        return self.stages(now) - cost, memory
+            return self.rate * (self.stages(now) - self.stages(before))
+        return self.stages(now)
 
     def scripted_policy(self, now: Instant) -> Array:
         """Return the actions of a memoryless scripted diver, shape (N, 4)."""

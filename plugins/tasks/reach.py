@@ -189,12 +189,15 @@ class TaskReach(Task):
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
-        cost = self.smooth * length(now.action - before.action)
+        return self.gained(now, before) - self.smooth * length(now.action - before.action), memory
+
+    def gained(self, now: Instant, before: Instant) -> Array:
+        """Return the rewards of a step without the cost of its action, shape (N,)."""
         away = self.lacking(now)
         bonus = self.bonus * near(away, self.width)
         if self.reward_form is Reward.progress:
-            return self.rate * (self.lacking(before) - away) + bonus - cost, memory
-        return bonus - away - cost, memory
+            return self.rate * (self.lacking(before) - away) + bonus
+        return bonus - away
 
     def ended(self, now: Instant, memory: Array) -> Array:
         """Return False: no episode ends early by failure."""

@@ -7,6 +7,7 @@ from typing import Protocol
 
 from seals.arrays import Array, namespace
 from seals.learn.task import Instant
+from seals.schema import setting
 
 INNER = 1.0
 """Distance below which the paper's reward grows as 1 / d [m]."""
@@ -107,3 +108,8 @@ def near(distance: Array, width: float) -> Array:
     """Return a bonus, 1 at the target and decaying over ``width`` [m], shape (N,)."""
     xp = namespace(distance)
     return xp.exp(-((distance / width) ** 2))
+
+
+def chosen(default: float, unit: str, low: float, high: float, why: str) -> float:
+    """Return the field of a task's number that was chosen for a reason."""
+    return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")

@@ -14,9 +14,9 @@ from seals.control import Reference
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn.task import Draw, Instant, Task
-from seals.plugins.tasks.rewards import Reward, near, unshaped
+from seals.plugins.tasks.rewards import Reward, chosen, near, unshaped
 from seals.robot.model import RobotModel
-from seals.schema import check_order, setting, vector
+from seals.schema import check_order, vector
 
 SCRIPTED: Mapping[str, float] = {
     "frequency": 4.0,
@@ -87,10 +87,6 @@ _BODY = ("target_x", "target_y", "distance", "velocity_x", "velocity_y", "veloci
 _TURN = ("spin_x", "spin_y", "spin_z", "up_x", "up_y")
 
 
-def _number(default: float, unit: str, low: float, high: float, why: str) -> float:
-    return setting(default, unit, bounds=(low, high), source=f"chosen: {why}")
-
-
 def _manners() -> dict[str, Any]:
     """Ranges of the crab's gait parameters for the search, see docs/animals.md."""
     return {
@@ -148,29 +144,29 @@ class TaskWalk(Task):
         ('frequency', 'stroke', 'lift', 'duty')
     """
 
-    rate: float = _number(5.0, "Hz", 1.0, 250.0, "once or twice a cycle")
-    duration: float = _number(8.0, "s", 0.1, 1e4, "three times the scripted crab's time")
-    speed: float = _number(0.25, "m/s", 1e-3, 20.0, "three widths of the crab a second")
-    turning: float = _number(2.0, "rad/s", 0.0, 100.0, "the gait's own limit")
+    rate: float = chosen(5.0, "Hz", 1.0, 250.0, "once or twice a cycle")
+    duration: float = chosen(8.0, "s", 0.1, 1e4, "three times the scripted crab's time")
+    speed: float = chosen(0.25, "m/s", 1e-3, 20.0, "three widths of the crab a second")
+    turning: float = chosen(2.0, "rad/s", 0.0, 100.0, "the gait's own limit")
     manner: dict[str, Any] = field(default_factory=_manners)
     sideways: bool = True
     reward_form: Reward = Reward.shaped
-    success_distance: float = _number(0.03, "m", 1e-4, 10.0, "less than half a carapace")
-    hold: float = _number(0.4, "s", 0.0, 60.0, "two control steps")
+    success_distance: float = chosen(0.03, "m", 1e-4, 10.0, "less than half a carapace")
+    hold: float = chosen(0.4, "s", 0.0, 60.0, "two control steps")
     goal: list[float] = vector((0.0, 0.0), "m", bounds=(-1e4, 1e4), source="chosen")
-    nearest: float = _number(0.4, "m", 0.0, 1e4, "five widths of the crab")
-    farthest: float = _number(0.4, "m", 0.0, 1e4, "five widths of the crab")
-    height: float = _number(0.029, "m", -1e4, 1e4, "the crab's stance")
-    fallen: float = _number(0.5, "1", -1.0, 1.0, "60 degrees")
-    progress: float = _number(1.0, "1", 0.0, 100.0, "the measure of the others")
-    heading: float = _number(0.1, "1", 0.0, 100.0, "a tenth")
-    energy: float = _number(0.1, "1", 0.0, 100.0, "a tenth: a crab has 0.6 to 1.3")
-    slip: float = _number(0.1, "1", 0.0, 100.0, "a tenth")
-    lean: float = _number(0.5, "1", 0.0, 100.0, "half")
-    smooth: float = _number(0.01, "1", 0.0, 100.0, "a hundredth")
-    bonus: float = _number(1.0, "1", 0.0, 100.0, "as walking")
-    width: float = _number(0.04, "m", 1e-4, 10.0, "as the success")
-    overspeed: float = _number(0.5, "m/s", 0.0, 100.0, "the paper gives none")
+    nearest: float = chosen(0.4, "m", 0.0, 1e4, "five widths of the crab")
+    farthest: float = chosen(0.4, "m", 0.0, 1e4, "five widths of the crab")
+    height: float = chosen(0.029, "m", -1e4, 1e4, "the crab's stance")
+    fallen: float = chosen(0.5, "1", -1.0, 1.0, "60 degrees")
+    progress: float = chosen(1.0, "1", 0.0, 100.0, "the measure of the others")
+    heading: float = chosen(0.1, "1", 0.0, 100.0, "a tenth")
+    energy: float = chosen(0.1, "1", 0.0, 100.0, "a tenth: a crab has 0.6 to 1.3")
+    slip: float = chosen(0.1, "1", 0.0, 100.0, "a tenth")
+    lean: float = chosen(0.5, "1", 0.0, 100.0, "half")
+    smooth: float = chosen(0.01, "1", 0.0, 100.0, "a hundredth")
+    bonus: float = chosen(1.0, "1", 0.0, 100.0, "as walking")
+    width: float = chosen(0.04, "m", 1e-4, 10.0, "as the success")
+    overspeed: float = chosen(0.5, "m/s", 0.0, 100.0, "the paper gives none")
 
     def __post_init__(self) -> None:
         """Refuse an empty start ring, a goal that is no position, and empty ranges."""

@@ -15,7 +15,7 @@ from seals.frames import cross, matrix_of
 from seals.motion import Body, Motion, Wrench
 from seals.multibody.kinematics import take_motion
 from seals.multibody.spatial import added_terms, kirchhoff, twist_map
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 
 
@@ -45,12 +45,11 @@ class FusedBody(RigidBody):
         environment: EnvironmentSettings,
         change: Array | None = None,
     ) -> None:
-        still = np.zeros((1, 0))
-        places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], still)
-        self.maps = [twist_map(p, r) for p, r in zip(places[0], turns[0], strict=True)]
+        places, turns = poses_in_base(robot.tree)
+        self.maps = [twist_map(p, r) for p, r in zip(places, turns, strict=True)]
         self._lifts = [as_like(x, bodies.mass) for x in self.maps]
-        self.places = [as_like(p, bodies.mass) for p in places[0][:, None]]
-        self.turns = [as_like(r, bodies.mass) for r in turns[0]]
+        self.places = [as_like(p, bodies.mass) for p in places[:, None]]
+        self.turns = [as_like(r, bodies.mass) for r in turns]
         self._moved: dict[str, tuple[Array, Array]] = {}
         self._patterns: dict[int, list[tuple[int, int]]] = {}
         whole = sum(x.T @ m @ x for x, m in zip(self.maps, robot.spatial_inertia, strict=True))

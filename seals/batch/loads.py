@@ -18,7 +18,6 @@ from seals.errors import ConfigError
 from seals.frames import rotate, unrotate
 from seals.motion import Inputs, JointDrive, Joints, Motion
 from seals.multibody.kinematics import by_batch, by_link, take_motion
-from seals.multibody.servo import summed
 from seals.multibody.spatial import added_terms
 from seals.robot.model import RobotModel
 from seals.world.drivetrain import response_of
@@ -169,17 +168,13 @@ class BatchLoads:
         )
         found = self._evaluator.evaluate(motion, joints, inputs, memory)
         force, torque = self._wrenches(motion, found)
-        outer = inputs.joint_torque
-        for _, more in found.joint_loads:
-            outer = outer + more
-        drives = [drive for _, drive in found.joint_drives]
         wet = found.sample.submersion + motion.velocity[:, 0:1] * 0.0
         return Loads(
             by_batch(rotate(rotation, force), links),
             by_batch(rotate(rotation, torque), links),
             self._added(found),
-            outer,
-            summed(drives) if drives else None,
+            found.joint_force(inputs.joint_torque),
+            found.joint_drive,
             found.resistance,
             found.memory,
             namespace(wet).sum(self._share * by_batch(wet, links)[:, :, 0], axis=1)[:, None],

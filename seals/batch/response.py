@@ -130,8 +130,9 @@ class Response:
         found = self.twin.evaluator.evaluate(motion, self._joints, inputs, memory, posture.sample)
         if _differ(found, known):
             return self.twin.rates(state, self._time, inputs, posture)
-        change = body.joint_force(self._joints, inputs, found, explicit=True)
-        change = change - body.joint_force(self._joints, self.inputs, known, explicit=True)
+        still = np.zeros_like(self._joints.velocity)
+        change = found.joint_force(still + inputs.joint_torque)
+        change = change - known.joint_force(still + self.inputs.joint_torque)
         right = self._right.copy()
         right[:, right.shape[1] - change.shape[1] :] += change
         return body.state_rates(state, posture.base, self._factors.solve(right))
@@ -162,9 +163,7 @@ class Response:
             min((t[0] for t in touched), default=0),
             max((t[1] for t in touched), default=1),
         )
-        force: Floats = np.zeros_like(self._joints.velocity)
-        for _, more in found.joint_loads:
-            force = force + more
+        force: Floats = found.joint_force(np.zeros_like(self._joints.velocity))
         return Force(self._wrenches(found, batch, links), force, (first, last))
 
     def _wrenches(self, found: Evaluation, batch: int, links: int) -> Floats:

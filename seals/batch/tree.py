@@ -18,7 +18,7 @@ from seals.motion import Body, Inputs, Joints
 from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics, by_batch, link_motion
 from seals.multibody.linear import ChangedLead, Factors
-from seals.multibody.servo import driven, resisted, summed
+from seals.multibody.servo import driven, resisted
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
 
@@ -128,11 +128,10 @@ class TreeBody:
         if found.resistance is not None:
             known = None if before is None else 2.0 * before.joint_velocity
             matrix, right = resisted(matrix, right, found.resistance, ahead, known)
-        drives = [d for _, d in found.joint_drives]
-        if not drives:
+        drive = found.joint_drive
+        if drive is None:
             change = namespace(matrix).linalg.solve(matrix, right[:, :, None])[:, :, 0]
             return self._staged(state, posture, change, ahead, before), found.memory
-        drive = summed(drives)
         gain = ahead * drive.damping + ahead * ahead * drive.stiffness + state.joint_velocity * 0.0
         rate = (
             state.joint_velocity if before is None else state.joint_velocity - 2.0 * before.joints
@@ -184,19 +183,10 @@ class TreeBody:
         motion = posture.motion._replace(body=self.bodies)
         joints = Joints(state.joints, state.joint_velocity)
         found = self.evaluator.evaluate(motion, joints, inputs, memory, posture.sample)
-        joint_force = self.joint_force(joints, inputs, found, explicit=explicit)
+        still = namespace(joints.velocity).zeros_like(joints.velocity)
+        joint_force = found.joint_force(still + inputs.joint_torque, driven=explicit)
         equations = self.assembly.equations(kinematics, moving, motion, found, joint_force)
         return found, equations
-
-    @staticmethod
-    def joint_force(joints: Joints, inputs: Inputs, found: Evaluation, *, explicit: bool) -> Array:
-        """Generalised force of inputs and effects on the joints, with joint drives if explicit."""
-        force = namespace(joints.velocity).zeros_like(joints.velocity) + inputs.joint_torque
-        drives = {b.name for b, _ in found.joint_drives}
-        for b, more in found.joint_loads:
-            if explicit or b.name not in drives:
-                force = force + more
-        return force
 
     def moved(self, posture: Posture, state: TwinState, time: Any) -> Posture:
         """Return the posture of a state that differs from a known one in velocities alone."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 
@@ -29,16 +29,13 @@ class FloatingBody:
     """
 
     def __init__(self, robot: RobotModel) -> None:
-        values = standing(robot.legs, robot.tree.joints)[None]
-        origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values)
+        origins, turns = poses_in_base(robot.tree, standing(robot.legs, robot.tree.joints))
         self.parts = [
-            (hull, origins[0, k], turns[0, k])
-            for k, hull in enumerate(robot.hulls)
-            if hull is not None
+            (hull, origins[k], turns[k]) for k, hull in enumerate(robot.hulls) if hull is not None
         ]
         self.volume = float(sum(hull.volume for hull, _, _ in self.parts))
         self.mass = float(robot.mass.sum())
-        places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
+        places = origins + np.einsum("lij,lj->li", turns, robot.centre)
         self.gravity_centre: Floats = (
             robot.mass @ places / self.mass if self.mass > 0 else np.zeros(3)
         )

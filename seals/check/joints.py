@@ -13,7 +13,7 @@ from seals.check.finding import RobotFinding, failed, listed, passed, warned
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.errors import ConfigError
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel
 
@@ -98,19 +98,18 @@ def joint_loads_of(robot: RobotModel) -> tuple[Floats, Floats]:
         [kg]; and the torque [N m] or force [N] that holds it when its axis lies level, shape (J,).
     """
     tree = robot.tree
-    zero = np.zeros((1, tree.joints))
-    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
+    origins, turns = poses_in_base(tree)
+    places = origins + np.einsum("lij,lj->li", turns, robot.centre)
     inertia, hold = np.zeros(tree.joints), np.zeros(tree.joints)
     for j, child in enumerate(tree.child):
         mass = robot.mass * tree.moves[:, j]
-        axis = turns[0, child] @ tree.axis[j]
+        axis = turns[child] @ tree.axis[j]
         if tree.prismatic[j]:
             inertia[j], hold[j] = mass.sum(), GRAVITY * mass.sum()
             continue
-        arm = places - origins[0, child]
+        arm = places - origins[child]
         across = arm - np.outer(arm @ axis, axis)
-        own = np.einsum("i,lij,ljk,lmk,m->l", axis, turns[0], robot.inertia, turns[0], axis)
+        own = np.einsum("i,lij,ljk,lmk,m->l", axis, turns, robot.inertia, turns, axis)
         inertia[j] = float(mass @ np.sum(across**2, axis=1) + tree.moves[:, j] @ own)
         hold[j] = GRAVITY * float(np.linalg.norm(mass @ across))
     return inertia, hold

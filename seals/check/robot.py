@@ -17,13 +17,14 @@ from seals.check.joints import look_at_joints, look_at_servos
 from seals.check.reach import CommandedDirections, authority, hover_share, look_at_reach, reach_of
 from seals.control.axes import wrench_matrix
 from seals.control.fins import with_fins
-from seals.control.plant import ROTOR, Layout, layout_of, rest_poses
+from seals.control.plant import ROTOR, Layout, layout_of
 from seals.control.tilts import tilts_of
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect, MediumKind
 from seals.environment.seawater import FRESH_WATER
 from seals.errors import SealsError
 from seals.hydrostatics.meshes import load_triangles
+from seals.multibody.tree import poses_in_base
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.robot.settings import RobotSettings
@@ -104,7 +105,7 @@ def _lift_slope(robot: RobotModel, effects: Mapping[str, Effect]) -> float:
         robot: joints at zero.
         effects: by instance name.
     """
-    turns, total = rest_poses(robot)[1], 0.0
+    turns, total = poses_in_base(robot.tree)[1], 0.0
     for bound in bind_effects(effects, robot.links).loads:
         if "lift" not in bound.effect.accounts_for or bound.kind is MediumKind.water:
             continue

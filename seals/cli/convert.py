@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.overrides import typed
-from seals.errors import ConfigError, LogError, SealsError
+from seals.errors import ConfigError, LogError, SealsError, refuse_absent
+from seals.file_names import refuse_taken
 from seals.logs.axes import with_axes
 from seals.logs.check import check_log
 from seals.logs.false_readings import without_false_readings
@@ -37,9 +38,8 @@ def convert(arguments: list[str]) -> int:
     words = list(arguments)
     given = dict(word.partition("=")[::2] for word in words if not word.startswith("-"))
     if len(given) == len(words) and "experiment" not in given:
-        if not given.get("log"):
-            bare = next((word for word in words if "=" not in word), "FILE")
-            raise ConfigError(f"log is not given.\nSay which: seals convert log={bare} out=FOLDER")
+        bare = next((word for word in words if "=" not in word), "FILE")
+        refuse_absent(given.get("log") or None, "log", f"seals convert log={bare} out=FOLDER")
         named = read_yaml(given["map"]).get("reader") if given.get("map") else None
         if named is not None and given.get("reader", named) != named:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
@@ -97,19 +97,13 @@ def execute(config: Any) -> int:
     from seals.config.build import build
 
     for key, value in (("log", config.log), ("out", config.out)):
-        if not value:
-            raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
+        refuse_absent(value or None, key, "seals convert log=FILE out=FOLDER")
     out = Path(str(config.out))
-    if out.exists():
-        # anything but a log folder is kept
-        if not config.replace:
-            raise ConfigError(
-                f"out={out} exists already.\nChoose another name, or give replace=true"
-            )
-        if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
-            raise ConfigError(
-                f"out={out} is not a log folder, so it is kept.\nChoose another name."
-            )
+    refuse_taken(out, key="out", replace=config.replace)
+    # anything but a log folder is kept
+    marks = (out / name for name in (*TABLES, "meta.yaml"))
+    if out.exists() and not (out.is_dir() and any(mark.is_file() for mark in marks)):
+        raise ConfigError(f"out={out} is not a log folder, so it is kept.\nChoose another name.")
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}

@@ -14,14 +14,14 @@ from pathlib import Path
 from seals.cli.slips import refuse_cut, refuse_unknown_flags
 from seals.config.overrides import joined, override, value_of
 from seals.errors import ConfigError, close_names
-from seals.file_names import RECORDINGS
+from seals.file_names import DIAGNOSIS, RECORDINGS
 
 _FILES: Mapping[str, tuple[str, ...]] = {
     "robot": ("robot.yaml",),
     "log": ("meta.yaml",),
     "run": ("run.json",),
     "repeat": ("run.json",),
-    "diagnosis": ("diagnosis.json",),
+    "diagnosis": (DIAGNOSIS,),
     "policy": ("card.json",),
     "resume": (".hydra/overrides.yaml",),
     "folder": (".",),

@@ -6,7 +6,6 @@ import fnmatch
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,11 +18,13 @@ from seals.compare.result import Comparison, Group
 from seals.compare.score import unit_words
 from seals.compare.settings import CompareOptions, CompareSettings, PredictionMethod
 from seals.compare.variants import ModelVariant, fit_variants
+from seals.config.compose import output_folder
 from seals.errors import ConfigError
 from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
 from seals.logs.datasets import OfDataset
 from seals.logs.reader import logs_by
+from seals.logs.time_offset import delay_between
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.build import build_run
@@ -98,12 +99,10 @@ def _offsets(
 
 def execute(cfg: Any) -> int | None:
     """Run the verb on a composed configuration."""
-    from hydra.core.hydra_config import HydraConfig
-
     settings = settings_of(cfg)
     logs = read_logs(settings)
     comparison = compare_logs(settings, logs)
-    folder = Path(settings.out or HydraConfig.get().runtime.output_dir)
+    folder = output_folder(settings.out)
     from seals.compare.report import write_report
 
     paths = write_report(comparison, comparison.as_data(), folder)
@@ -206,29 +205,10 @@ def clock_offset(
         return 0.0, 0.0
     step = float(np.median(np.diff(time)))
     grid = np.arange(time[0], time[-1], step)
-    y = _centred(np.interp(grid, time[good], measured[good]))
-    x = _centred(np.interp(grid, time, predicted))
-    if not y.any() or not x.any():
+    y = np.interp(grid, time[good], measured[good])
+    x = np.interp(grid, time, predicted)
+    if not np.ptp(y) or not np.ptp(x):
         return 0.0, 0.0
     reach = min(int(most / step), len(grid) // 3)
-    lags = np.arange(-reach, reach + 1)
-    match = np.array([_overlap(x, y, int(lag)) for lag in lags])
-    best = int(np.argmax(match))
-    fine = 0.0
-    if 0 < best < len(lags) - 1:
-        a, b, c = match[best - 1 : best + 2]
-        curve = a - 2.0 * b + c
-        fine = 0.5 * (a - c) / curve if curve < 0.0 else 0.0
-    return float((lags[best] + fine) * step), float(match[best])
-
-
-def _centred(values: Floats) -> Floats:
-    return np.asarray(values - values.mean())
-
-
-def _overlap(x: Floats, y: Floats, lag: int) -> float:
-    """Correlation of x(t) with y(t + lag) over their common part."""
-    a, b = (x[: len(x) - lag], y[lag:]) if lag >= 0 else (x[-lag:], y[:lag])
-    a, b = a - a.mean(), b - b.mean()
-    size = float(np.sqrt((a @ a) * (b @ b)))
-    return float(a @ b) / size if size > 0.0 else 0.0
+    rows = np.ones(len(grid), dtype=bool)
+    return delay_between(x[:, None], y[:, None], rows, step=step, most=reach)

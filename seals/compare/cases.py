@@ -115,12 +115,10 @@ def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
 
     Found by bisection on the wetted volume.
     """
-    from seals.multibody.tree import forward
+    from seals.multibody.tree import poses_in_base
 
-    origins, rotations = forward(
-        robot.tree, np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, robot.tree.joints))
-    )
-    up = rotations[0, link, 2]
+    origins, rotations = poses_in_base(robot.tree)
+    up = rotations[link, 2]
     low, high = -hull.reach * 1.001, hull.reach * 1.001
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -128,7 +126,7 @@ def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
             high = middle
         else:
             low = middle
-    return float(origins[0, link, 2] + low)
+    return float(origins[link, 2] + low)
 
 
 def _first(log: Log, stem: str, width: int) -> Floats:

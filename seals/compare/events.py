@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Floats, true_spans
 from seals.errors import LogError
 
 FREE = 0.25
@@ -66,9 +66,8 @@ def find_drop(time: Floats, specific_force: Floats, *, gravity: float = 9.81) ->
     width = max(3, round(SMOOTHING / step) | 1)
     calm = median_filter(size, size=width, mode="nearest") < FREE * gravity
     # first and last index of every stretch of True
-    edges = np.diff(np.concatenate(([0], calm.astype(np.int8), [0])))
-    runs = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
-    found = [(int(a), int(b)) for a, b in runs if SHORTEST <= time[b] - time[a] <= LONGEST]
+    runs = [(first, end - 1) for first, end in true_spans(calm)]
+    found = [(a, b) for a, b in runs if SHORTEST <= time[b] - time[a] <= LONGEST]
     found = [run for run in found if _rest_before(size, run[0], step, gravity)]
     if not found:
         raise LogError(

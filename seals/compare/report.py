@@ -14,7 +14,8 @@ from seals.compare.predict import residuals
 from seals.compare.result import Comparison, Group
 from seals.compare.score import by_horizon, pooled, unit_words
 from seals.compare.variants import ModelVariant
-from seals.file_names import file_name
+from seals.file_names import REPORT, file_name
+from seals.frames import AXES
 from seals.logs.atomic import write_json
 from seals.report import (
     Block,
@@ -32,7 +33,6 @@ from seals.report.page import Facts
 
 SHOWN = 6
 """Stretches shown open; the others fold."""
-_AXES = ("x", "y", "z")
 
 
 def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> dict[str, Path]:
@@ -49,7 +49,7 @@ def write_report(comparison: Comparison, data: dict[str, Any], folder: Path) -> 
             plots.mkdir(exist_ok=True)
             write_picture(plots / f"{file_name(case.name)}.png", case_charts(group, k))
     path = write_page(
-        folder / "report.html",
+        folder / REPORT,
         f"Comparison: {comparison.name}",
         sections_of(comparison),
         subtitle=f"{comparison.model}; computed in {comparison.seconds:.1f} s",
@@ -329,7 +329,7 @@ def _component(channel: str, axis: int, case: Case) -> str:
     width = case.measured[channel].shape[1]
     if width == 1:
         return channel
-    return f"{channel} {_AXES[axis]}" if width == 3 else f"{channel} {axis + 1}"
+    return f"{channel} {AXES[axis]}" if width == 3 else f"{channel} {axis + 1}"
 
 
 def _figure(value: float) -> str:

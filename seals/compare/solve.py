@@ -101,8 +101,13 @@ class CaseFitter(ABC):
         """Whitened residuals of one case as one vector."""
 
     @abstractmethod
+    def nudge(self, key: int) -> float:
+        """Size of the finite difference of a key."""
+
     def step(self, key: int, value: float) -> float:
         """Finite difference of a key, away from its upper bound."""
+        step = self.nudge(key)
+        return -step if value + step > self.bounds[key, 1] else step
 
     def reach(self, task: FitTask) -> Floats:
         """Longest step of every unknown."""
@@ -302,10 +307,9 @@ class Solver(CaseFitter):
         self.solve([task])
         return task
 
-    def step(self, key: int, value: float) -> float:
-        """Finite difference of a key, away from its upper bound."""
-        step = self._steps[key]
-        return -step if value + step > self.bounds[key, 1] else step
+    def nudge(self, key: int) -> float:
+        """Size of the finite difference of a key."""
+        return self._steps[key]
 
     def _tuned(self, values: Floats, p: int) -> float:
         """Step that changes the samples little against the noise, yet far above rounding."""

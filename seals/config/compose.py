@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
@@ -43,3 +44,17 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
         config = hydra_compose(root, overrides=list(overrides))
     refuse_growth(config)
     return config
+
+
+def output_folder(given: Any = None) -> Path:
+    """Return the folder of a command's results: as it was given, else the one of its job."""
+    from hydra.core.hydra_config import HydraConfig
+
+    return Path(str(given or HydraConfig.get().runtime.output_dir))
+
+
+def job_overrides() -> list[str]:
+    """Return the overrides of a command's job, as they were given."""
+    from hydra.core.hydra_config import HydraConfig
+
+    return list(HydraConfig.get().overrides.task)

@@ -28,15 +28,9 @@ from seals.config.overlay import find_overlay, load_overlay, overlay_names
 from seals.config.roots import conf_folders
 from seals.errors import ConfigError
 from seals.file_names import checked_name
-from seals.robot.robot_file import RobotFile, read_robot
+from seals.robot.robot_file import PARTS, RobotFile, read_robot
 
 ROBOT_KINDS = ("robot", "animal")
-SECTION_GROUPS = {
-    "effects": "effect",
-    "sensors": "sensor",
-    "actuators": "actuator",
-    "controller": "controller",
-}
 CLASS_GROUPS = tuple(kind for kind in registry.GROUPS if kind not in registry.FOLDER_KINDS)
 """Hydra groups, one for each kind of plug-in; animals are options of the group ``robot``."""
 MODEL = "model"
@@ -208,7 +202,7 @@ def _robot_option(name: str) -> Container:
                 # option, so that they go when another controller is chosen
                 overrides.append({"override /controller": f"{OWN}{name}"})
             else:
-                defaults.append({f"/{SECTION_GROUPS[section]}@{section}.{part}": plugin})
+                defaults.append({f"/{PARTS.get(section, section)}@{section}.{part}": plugin})
                 body.setdefault(section, {})[part] = values
     settings = found.settings
     body["robot"] = {

@@ -11,7 +11,7 @@ from seals.control.protocols import RobotState
 from seals.effects.effect import MediumKind
 from seals.frames import cross
 from seals.multibody.spatial import twist_map
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 
 
 def added_inertia(plant: Plant) -> Floats:
@@ -21,8 +21,7 @@ def added_inertia(plant: Plant) -> Floats:
     effects of the model account for as added mass.
     """
     robot = plant.robot
-    pose = stowed(robot)[None]
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], pose)
+    origins, turns = poses_in_base(robot.tree, stowed(robot))
     total = np.zeros((6, 6))
     for bound in plant.effects.inertias:
         p = bound.params
@@ -32,7 +31,7 @@ def added_inertia(plant: Plant) -> Floats:
         matrix = np.diag(diagonal) + p["coupling"][0]
         for link in bound.links:
             # the link's twist is x times the body's: by kinetic energy M = sum x^T M_link x
-            x = twist_map(origins[0, link], turns[0, link])
+            x = twist_map(origins[link], turns[link])
             total += x.T @ matrix @ x
     return total
 
@@ -43,14 +42,14 @@ def water_drag(plant: Plant) -> Floats:
     It sums what the effects of the model account for as quadratic drag in water, arms stowed.
     """
     robot = plant.robot
-    _, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], stowed(robot)[None])
+    _, turns = poses_in_base(robot.tree, stowed(robot))
     total = np.zeros(3)
     for bound in plant.effects.loads:
         mine = "quadratic drag" in bound.effect.accounts_for and "coefficient" in bound.params
         if mine and bound.kind is not MediumKind.air:
             for link in bound.links:
                 # of a flow along one body axis, the part along each axis of the link, squared
-                total += (turns[0, link] ** 2) @ bound.params["coefficient"][0]
+                total += (turns[link] ** 2) @ bound.params["coefficient"][0]
     return total
 
 

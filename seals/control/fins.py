@@ -10,7 +10,7 @@ from seals.arrays import Floats
 from seals.control.plant import THRUSTER, Layout, Plant
 from seals.effects.effect import MediumKind
 from seals.environment.seawater import FRESH_WATER
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 
 STOP = 0.35
 """Largest deflection of a fin whose joint has no limit: beyond it fins stall [rad]."""
@@ -47,8 +47,7 @@ def fins_of(plant: Plant) -> Fins:
         rudders).
     """
     robot, tree = plant.robot, plant.robot.tree
-    zero = np.zeros((1, tree.joints))
-    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    origins, turns = poses_in_base(tree)
     density = plant.environment.water_density or FRESH_WATER
     rows = []
     for bound in plant.effects.loads:
@@ -61,12 +60,12 @@ def fins_of(plant: Plant) -> Fins:
             if len(moving) != 1 or tree.slides[moving[0]]:
                 continue
             joint = int(moving[0])
-            up = turns[0, link][:, 2]
-            hinge = turns[0, tree.child[joint]] @ tree.axis[joint]
+            up = turns[link][:, 2]
+            hinge = turns[tree.child[joint]] @ tree.axis[joint]
             # x . (a x z) is the first component of a x z in body axes
             slope = -0.5 * density * area * float(np.cross(hinge, up)[0])
             stop = min(abs(float(robot.lower[joint])), abs(float(robot.upper[joint])), STOP)
-            rows.append((joint, origins[0, link], up * np.sign(slope), abs(slope), stop))
+            rows.append((joint, origins[link], up * np.sign(slope), abs(slope), stop))
     rows = [row for row in rows if row[3] > 0.0]
     return Fins(
         joints=tuple(row[0] for row in rows),

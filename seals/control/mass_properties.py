@@ -11,7 +11,7 @@ from seals.control.protocols import Buoyancy
 from seals.environment.sample import Sample
 from seals.frames import cross
 from seals.multibody.kinematics import Kinematics, by_batch
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 
 
@@ -54,9 +54,9 @@ class MassPropertyEstimator:
     def at(self, joints: Floats) -> MassNow:
         """Return the mass properties at joint positions [rad or m]."""
         tree, group = self._tree, self._group
-        origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
-        axes = (turns[0, group[1:]] @ tree.axis[:, :, None])[:, :, 0]
-        return self._of(origins[0, group], turns[0, group], axes)
+        origins, turns = poses_in_base(tree, joints)
+        axes = (turns[group[1:]] @ tree.axis[:, :, None])[:, :, 0]
+        return self._of(origins[group], turns[group], axes)
 
     def now(self, kinematics: Kinematics) -> MassNow:
         """Return the mass properties at one instant of one robot."""
@@ -156,17 +156,16 @@ def in_base(kinematics: Kinematics) -> tuple[Array, Array]:
 def _grouped(robot: RobotModel, group: list[int]) -> Floats:
     """Return the pseudo-inertias of rigid groups of links in the axes of their first link."""
     tree = robot.tree
-    zero = np.zeros((1, tree.joints))
-    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    origins, turns = poses_in_base(tree)
     out = np.zeros((len(group), 4, 4))
     for link in range(tree.links):
         head = link
         while head not in group:
             head = tree.parent[head]
-        turn = turns[0, head].T
+        turn = turns[head].T
         place = np.eye(4)
-        place[:3, :3] = turn @ turns[0, link]
-        place[:3, 3] = turn @ (origins[0, link] - origins[0, head])
+        place[:3, :3] = turn @ turns[link]
+        place[:3, 3] = turn @ (origins[link] - origins[head])
         out[group.index(head)] += place @ _pseudo(robot, link) @ place.T
     return out
 

@@ -11,7 +11,7 @@ from seals.effects.binding import EffectSet
 from seals.effects.effect import ActuatorOptions
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
 
@@ -114,7 +114,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     table = {key: np.zeros((count, 3)) for key in ("position", "axis")}
     table |= {key: np.zeros(count) for key in NUMBERS}
     kind, link = [""] * count, [0] * count
-    origins, turns = rest_poses(robot)
+    origins, turns = poses_in_base(robot.tree)
     for b in bound:
         carrier = b.links[0]
         if robot.tree.joints and np.any(robot.tree.moves[carrier]):
@@ -170,13 +170,6 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         kind=tuple(kind),
         link=tuple(link),
     )
-
-
-def rest_poses(robot: RobotModel) -> tuple[Floats, Floats]:
-    """Return origins (L, 3) and rotations (L, 3, 3) of all links in body axes, joints at zero."""
-    zero = np.zeros((1, robot.tree.joints))
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    return origins[0], turns[0]
 
 
 def _row(constants: dict[str, Any], name: str, default: float) -> Floats | float:

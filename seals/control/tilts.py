@@ -8,7 +8,7 @@ from seals.arrays import Floats
 from seals.control.fins import Fins
 from seals.control.plant import ROTOR, Layout
 from seals.errors import ConfigError
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 
 FARTHEST = 0.6
@@ -33,15 +33,14 @@ def tilts_of(robot: RobotModel, layout: Layout, thrust: float) -> Fins:
         ConfigError: one joint tilts two rotors.
     """
     tree = robot.tree
-    zero = np.zeros((1, tree.joints))
-    _, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], zero)
+    _, turns = poses_in_base(tree)
     joints, rows = [], []
     for drive, link in enumerate(layout.link):
         moving = np.flatnonzero(tree.moves[link]) if tree.joints else np.zeros(0, dtype=int)
         if layout.kind[drive] != ROTOR or not len(moving) or not layout.thrust_coefficient[drive]:
             continue
         joint = int(moving[0])
-        hinge: Floats = turns[0, tree.child[joint]] @ tree.axis[joint]
+        hinge: Floats = turns[tree.child[joint]] @ tree.axis[joint]
         # h x a: where a tilt turns the thrust; its length is the sine between hinge and thrust
         across: Floats = np.cross(hinge, layout.axis[drive])
         size = float(np.linalg.norm(across))

@@ -275,22 +275,6 @@ class CompiledEngineBody(EngineMotion, Protocol):
         """Set the state of the robot, see `write_law`."""
 
 
-class CompiledMasses(CompiledEngineBody, Protocol):
-    """The same of an engine with scalar link masses and joint motors, see `EngineBody`."""
-
-    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
-        """Apply a generalised force and forces on the joints over the next step.
-
-        One call in place of `apply_wrenches` and `apply_joint_forces`.
-
-        Args:
-            force: of the velocity as `set_velocity` takes it, but about ``origin`` [N, N m], shape
-                (n,).
-            joint_forces: added to it on the joints [N m or N], shape (J,).
-            origin: of the base [m], shape (3,).
-        """
-
-
 class CompiledSolving(CompiledEngineBody, Protocol):
     """The same of an engine that solves added inertia and joint drives, see `SolvingEngineBody`."""
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.effects.effect import Effect, MediumKind, Parameters
-from seals.frames import cross
+from seals.frames import cross, skew_last
 from seals.motion import AddedInertia, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 
@@ -135,10 +135,7 @@ class AddedMassCentre(Effect):
         """Change of M_A about the link origin [kg m], weighted by the submersion s."""
         xp = namespace(params["offset"])
         d = params["offset"]
-        zero = 0.0 * d[:, 0]
-        rows = (zero, -d[:, 2], d[:, 1], d[:, 2], zero, -d[:, 0], -d[:, 1], d[:, 0], zero)
-        skew = xp.reshape(xp.stack(rows, axis=1), (-1, 3, 3))
-        block = -params["mass"][:, :, None] * skew
+        block = -params["mass"][:, :, None] * skew_last(d)
         none = 0.0 * block
         top = xp.concat((none, block), axis=2)
         below = xp.concat((xp.permute_dims(block, (0, 2, 1)), none), axis=2)

@@ -62,6 +62,23 @@ class Evaluation(NamedTuple):
     drives: list[tuple[BoundEffect, Drives]]
     resistance: Array | None = None
 
+    def joint_force(self, outer: Array, *, driven: bool = True) -> Array:
+        """Return forces on the joints and those of all effects, joint drives left out if asked."""
+        drives = () if driven else {b.name for b, _ in self.joint_drives}
+        for b, force in self.joint_loads:
+            if b.name not in drives:
+                outer = outer + force
+        return outer
+
+    @property
+    def joint_drive(self) -> JointDrive | None:
+        """Sum of the joint drives; None without any."""
+        total: JointDrive | None = None
+        for _, drive in self.joint_drives:
+            parts = drive if total is None else (a + b for a, b in zip(total, drive, strict=True))
+            total = JointDrive(*parts)
+        return total
+
 
 class Evaluator:
     """Evaluator of an effect set on rows ordered link by link.

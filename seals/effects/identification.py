@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from seals.frames import AXES
 from seals.motion import MediumKind
 
 if TYPE_CHECKING:
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from seals.environment.settings import EnvironmentSettings
     from seals.hydrostatics import Hull
     from seals.robot.model import RobotModel
-
-AXES = ("x", "y", "z")
 
 
 class Stage(IntEnum):

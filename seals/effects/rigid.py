@@ -45,12 +45,3 @@ def _everyone(change: Array, rows: int) -> Array:
     if count in (1, rows) or rows % count or rows == 1:
         return change
     return namespace(change).repeat(change, rows // count, axis=0)
-
-
-def skew(vector: Array) -> Array:
-    """Cross-product matrices of vectors (N, 3), shape (N, 3, 3)."""
-    xp = namespace(vector)
-    x, y, z = vector[:, 0], vector[:, 1], vector[:, 2]
-    zero = x * 0.0
-    rows = [(zero, -z, y), (z, zero, -x), (-y, x, zero)]
-    return xp.stack([xp.stack(row, axis=1) for row in rows], axis=1)

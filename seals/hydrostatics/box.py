@@ -18,7 +18,7 @@ LEAST_WIDTH = 1e-6
 exactly odd in the tilt."""
 
 
-class Slice(NamedTuple):
+class _Slice(NamedTuple):
     """Wetted fraction of a rectangle and of its waterline, with first moments about its centre."""
 
     volume: Column
@@ -31,7 +31,7 @@ class Slice(NamedTuple):
 
 def _wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per step
     xp: Any, q: Column, a: Column, b: Column, zero: Column, one: Column
-) -> Slice:
+) -> _Slice:
     """Return the part a y + b z <= q of the unit square, 0 < a <= b, moments about its centre.
 
     Equation: the wetted length along z is 1 for y < y1 and (q - a y) / b for y1 < y < y2.
@@ -48,7 +48,7 @@ def _wet_rectangle(  # noqa: PLR0917 - positional, it is called six times per st
     # -int (y - middle) h dy = d skew
     skew = d * d * (ratio * (1.0 / 12.0))
     strip = d * mean
-    return Slice(
+    return _Slice(
         y1 + strip,
         0.5 * y1 * (y1 - 1.0) + d * (middle * mean - skew),
         # int (h^2 - h) / 2 over the ramp; where all is wet, h = 1, it vanishes

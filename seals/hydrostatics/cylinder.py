@@ -22,7 +22,7 @@ ratio (volume wrong by less than 1e-6 of itself) with its axial moments reduced 
 because the closed form divides differences by the span squared."""
 
 
-class Part(NamedTuple):
+class _Part(NamedTuple):
     """Volume, area and first moments about the body's centre, along axis and normal.
 
     ``volume_e`` and ``area_e`` multiply the axis e; ``volume_n`` and ``area_n`` the normal n.
@@ -49,7 +49,7 @@ def _chord_integrals(xp: Any, x: Column) -> tuple[Column, Column, Column]:
 
 def _flat_ended(  # noqa: PLR0917 - positional, in the hot path
     xp: Any, c: Column, s: Column, depth: Column, radius: float, length: float
-) -> Part:
+) -> _Part:
     """Return the wetted part of a flat-ended cylinder.
 
     Equation: chord width 2 sqrt(R^2 - x^2) times the wetted axial length
@@ -88,7 +88,7 @@ def _flat_ended(  # noqa: PLR0917 - positional, in the hot path
     lever = c * (length * length) / w
     radial, radial_area = (size * radius) * across, (size * radius) * d1 / w
     normal, normal_area = radial * (radius / r), radial_area * (radius / r)
-    return Part(
+    return _Part(
         volume,
         size * axial * lever - normal * c,
         normal,
@@ -98,7 +98,7 @@ def _flat_ended(  # noqa: PLR0917 - positional, in the hot path
     )
 
 
-def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> Part:
+def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> _Part:
     """Return the wetted part of the hemisphere on the side of +e, about the sphere's centre.
 
     Equation: the divergence theorem. 3 V = depth * A_w + R * S, where A_w is the segment of the
@@ -136,7 +136,7 @@ def _half_ball(xp: Any, c: Column, s: Column, depth: Column, radius: float) -> P
     j_flat = (flat * flat_root * (2.5 - flat * flat) + 1.5 * (xp.asin(flat) + HALF_PI)) / 6.0
     square = radius * radius
     along = (2.0 / 3.0) * square * radius * chord_squared * chord / s
-    return Part(
+    return _Part(
         (square * radius / 3.0) * (d * segment + surface),
         (square * square) * j_flat,
         -(square * square) * j_water,
@@ -164,7 +164,7 @@ def _seen_by_axis(  # noqa: PLR0917 - positional, in the hot path
 
 
 def _in_link(  # noqa: PLR0917 - positional, in the hot path
-    part: Part, axis: Triple, centre: Triple, ux: Column, uy: Column, uz: Column
+    part: _Part, axis: Triple, centre: Triple, ux: Column, uy: Column, uz: Column
 ) -> Sums:
     """Convert sums along axis and normal to sums about the link origin."""
     volume, along, up, area, area_along, area_up = part
@@ -265,7 +265,7 @@ class HullCapsule(_Rod):
         body = _flat_ended(xp, c, s, depth, self.radius, self.length)
         head = _half_ball(xp, c, s, depth - c * half, self.radius)
         tail = _half_ball(xp, -c, s, depth + c * half, self.radius)
-        whole = Part(
+        whole = _Part(
             body.volume + head.volume + tail.volume,
             body.volume_e + head.volume_e - tail.volume_e + half * (head.volume - tail.volume),
             body.volume_n + head.volume_n + tail.volume_n,

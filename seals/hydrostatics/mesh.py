@@ -15,7 +15,7 @@ SUMS = 9
 """Columns of the face sums: <1>, <g>, <g^2>, <x> (3), <x g> (3)."""
 
 
-class Faces:
+class _Faces:
     """The faces of a closed, outward-wound mesh, prepared for cutting.
 
     Args:
@@ -31,7 +31,7 @@ class Faces:
         self.vectors = np.ascontiguousarray(0.5 * np.cross(edges[:, 0], edges[:, 1]).T)
 
 
-def _clip_mesh(faces: Faces, ups: Vector, levels: Vector) -> Vector:
+def _clip_mesh(faces: _Faces, ups: Vector, levels: Vector) -> Vector:
     """Cut a mesh by the planes up . x = level.
 
     Equation: with N = (area vector of a face) . up and g = up . x - level, summed over the faces,
@@ -72,7 +72,7 @@ def _ranked(heights: Vector) -> tuple[Vector, Vector, Vector]:
 
 
 def _whole(
-    faces: Faces, heights: Vector, lean: Vector, levels: Vector, above: NDArray[np.bool_]
+    faces: _Faces, heights: Vector, lean: Vector, levels: Vector, above: NDArray[np.bool_]
 ) -> Vector:
     """Return the sums over the faces that are submerged, all of them or all but one corner."""
     a, b, c = heights[:, 0], heights[:, 1], heights[:, 2]
@@ -97,7 +97,7 @@ def _whole(
 
 
 def _cut(
-    faces: Faces,
+    faces: _Faces,
     heights: Vector,
     lean: Vector,
     levels: Vector,
@@ -176,7 +176,7 @@ class HullMesh:
         rpy: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         points = placed_points(np.asarray(vertices, dtype=np.float64), position, rpy)
-        self.faces = Faces(points[np.asarray(faces, dtype=np.int64)])
+        self.faces = _Faces(points[np.asarray(faces, dtype=np.int64)])
         self.vertices = np.unique(self.faces.corners.reshape(-1, 3), axis=0)
         self.reach = float(np.sqrt((self.vertices**2).sum(axis=1).max()))
         above = np.array([[2.0 * self.reach + 1.0]])

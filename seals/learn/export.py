@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.errors import ConfigError, SealsError, optional_import, suggestion
+from seals.errors import ConfigError, SealsError, optional_import, refuse_absent, suggestion
 from seals.field_roles import roles
+from seals.file_names import refuse_taken
 from seals.learn.policy import NetworkPolicy, load_policy
 from seals.learn.shipped import policy_folder
 from seals.logs.atomic import write_bytes
@@ -65,10 +66,8 @@ def execute(config: Any) -> int:
     out = Path(str(config.out))
     if out.suffix != ".onnx":
         raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
-    if out.exists() and not (config.replace and out.is_file()):
-        raise ConfigError(f"out={out} exists.\nChoose another name, or add replace=true.")
-    if not config.policy:
-        raise ConfigError("policy is not given.\nSay which: seals export policy=FOLDER")
+    refuse_taken(out, key="out", replace=config.replace and out.is_file())
+    refuse_absent(config.policy or None, "policy", "seals export policy=FOLDER")
     policy = load_policy(policy_folder(str(config.policy)))
     content, difference = onnx_of(policy)
     out.parent.mkdir(parents=True, exist_ok=True)

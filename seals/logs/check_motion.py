@@ -19,7 +19,7 @@ from seals.logs.accelerations import even, second_derivative, world_acceleration
 from seals.logs.axes import permutation
 from seals.logs.finding import Finding, Severity
 from seals.logs.log import Log
-from seals.logs.time_offset import delay_between, time_offset
+from seals.logs.time_offset import cosine, delay_between, time_offset
 
 _SPAN = 0.15
 _FEWEST_SAMPLES = 30
@@ -125,7 +125,7 @@ def _rates(log: Log) -> list[Finding]:
     rates["flipped"] = rates["w, x, y, z"] * np.array([1.0, -1.0, -1.0])
     if float(np.sqrt(np.mean(rates["w, x, y, z"] ** 2))) < _LEAST_RATE:
         return []
-    likeness = {name: _frame_likeness(gyro, rate) for name, rate in rates.items()}
+    likeness = {name: cosine(gyro, rate) for name, rate in rates.items()}
     best = max(likeness, key=lambda name: likeness[name])
     ours = likeness["w, x, y, z"]
     if likeness[best] > _SURE and ours < _UNSURE:
@@ -144,7 +144,7 @@ def _mounting(gyro: Floats, rate: Floats) -> str:
         return ""
     # Wahba's problem: the turn from the sensor's axes to those of the body
     turn, _ = Rotation.align_vectors(rate, gyro)
-    if _frame_likeness(turn.apply(gyro), rate) < _SURE or turn.magnitude() < _TURNED:
+    if cosine(turn.apply(gyro), rate) < _SURE or turn.magnitude() < _TURNED:
         return ""
     rpy = ", ".join(f"{angle + 0.0:.3f}" for angle in turn.as_euler("xyz"))
     return (
@@ -152,11 +152,6 @@ def _mounting(gyro: Floats, rate: Floats) -> str:
         f"degrees: the sensor is mounted so.\nUnless robot.yaml states it, add there: "
         f"sensors: {{imu: {{rpy: [{rpy}]}}}}"
     )
-
-
-def _frame_likeness(a: Floats, b: Floats) -> float:
-    size = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
-    return float(np.sum(a * b)) / size if size > 0.0 else 0.0
 
 
 def _scale(gyro: Floats, rate: Floats) -> list[Finding]:

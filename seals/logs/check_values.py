@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Floats
+from seals.arrays import Floats, true_spans
 from seals.errors import nearest
 from seals.logs.channels import CHANNELS, stem_of
 from seals.logs.finding import LARGEST, Finding, Severity
@@ -161,7 +161,7 @@ def check_filled(log: Log) -> list[Finding]:
     for values in columns:
         straight &= _straight(values)
     # the same value throughout is a frozen sensor: another check's business
-    runs = [run for run in _runs(straight) if _seconds(log, run) >= _SHORTEST]
+    runs = [run for run in true_spans(straight) if _seconds(log, run) >= _SHORTEST]
     runs = [part for run in runs for part in _drawn(log, columns, run)]
     if not runs:
         return []
@@ -209,7 +209,7 @@ def _drawn(log: Log, columns: list[Floats], run: tuple[int, int]) -> list[tuple[
         moves = any(m > _MOVED * q for m, q in zip(moved, quanta, strict=True))
         keeps = all(b <= _ROUNDED * q for b, q in zip(bowed, quanta, strict=True))
         drawn[first:last] = moves and keeps
-    return _runs(drawn)
+    return true_spans(drawn)
 
 
 def _seconds(log: Log, run: tuple[int, int]) -> float:
@@ -230,12 +230,6 @@ def _straight(values: Floats) -> NDArray[np.bool_]:
     flat = np.zeros(values.size, dtype=bool)
     flat[1:-1] = bend <= _ROUNDED * quantum
     return flat
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First row, and the row after the last, of each run of true rows."""
-    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    return list(zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True))
 
 
 _MOSTLY = 0.5
@@ -370,8 +364,7 @@ def _clipped(at_level: NDArray[np.bool_], steps: Floats, quantum: float) -> tupl
 
     The top of a slow, coarsely written curve is flat too, but is reached in steps of one quantum.
     """
-    edges = np.diff(np.concatenate([[0], at_level.astype(np.int8), [0]]))
-    begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    begins, ends = np.array(true_spans(at_level), dtype=np.int64).reshape(-1, 2).T
     padded = np.concatenate([[0.0], steps, [0.0]])
     jump = np.maximum(padded[begins], padded[ends])
     enough = max(_CLIPPED_JUMP * quantum, 0.5 * float(np.median(steps[steps > 0.0])))

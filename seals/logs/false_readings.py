@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seals.arrays import Floats
+from seals.arrays import Floats, true_spans
 from seals.logs.channels import CHANNELS, columns_of
 from seals.logs.log import Log
 from seals.logs.resample import one_sign
@@ -66,11 +66,9 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
             )
         elif stem in _POSE and usual < 2.0:
             same = _failures(log, stem, same)
-            for first in np.flatnonzero(np.diff(np.append(0, same.astype(np.int8))) == 1):
+            for first, end in true_spans(same):
                 begin = float(log.time[max(first - 1, 0)])
-                rest = same[first:]
-                count = int(np.argmin(rest)) if not rest.all() else rest.size
-                seconds = float(log.time[first + count - 1]) - begin
+                seconds = float(log.time[end - 1]) - begin
                 said.append(f"{stem} was held for {seconds:.3g} s from t = {begin:.4g} s: left out")
         else:
             continue

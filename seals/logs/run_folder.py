@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError, LogError
+from seals.file_names import DIAGNOSIS, REPORT
 from seals.untrusted_io import plain_json, read_bytes
 
 LOCK = ".run.lock"
@@ -34,11 +35,11 @@ MOVING = ".earlier.part"
 """Folder into which products are moved; it gets its name, ``earlier_N``, when all have arrived."""
 PRODUCTS = (
     *("log.parquet", "log.csv", "meta.yaml", "vehicle.urdf", "ledger.parquet", "fluid.parquet"),
-    *("report.html", "report.json", "plots", "pictures", "surface", "particles", "keys.csv"),
+    *(REPORT, "report.json", "plots", "pictures", "surface", "particles", "keys.csv"),
     *("checkpoint", ".checkpoint.before", "checkpoint.bin", "checkpoint.pt"),
     *("training.csv", "evaluation.csv", "policy", "tensorboard", "wandb", "mlflow.db", "film.mp4"),
     *("demonstration", "render"),
-    *("comparison.json", "diagnosis.json"),
+    *("comparison.json", DIAGNOSIS),
     *(FACTS, NOTES),
 )
 """Names that runs and trainings write into their folder; ``run.json`` moves last but one."""

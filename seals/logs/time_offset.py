@@ -16,8 +16,8 @@ from seals.logs.accelerations import (
 from seals.logs.log import Log
 from seals.smoothing import savitzky_golay
 
-_LONGEST = 0.5
-"""Largest offset that is looked for [s]."""
+_MOST = int(0.5 / STEP)
+"""Largest offset that is looked for, in rows."""
 _SMOOTH = 15
 """Rows of the local parabolas through both rates."""
 _WINDOW = 800
@@ -86,13 +86,17 @@ def _median(true: Floats, late: Floats, there: NDArray[np.bool_]) -> Offset | No
     return Offset(float(middle), 0.5 * float(high - low), mean)
 
 
-def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple[float, float]:
+def delay_between(
+    true: Floats, late: Floats, there: NDArray[np.bool_], *, step: float = STEP, most: int = _MOST
+) -> tuple[float, float]:
     """Return the delay of one signal against another [s], and their correlation at it.
 
     Args:
         true: of the earlier stream, even rows, shape (T, k).
         late: the same quantity by the other stream, shape (T, k).
         there: rows in which both have samples, shape (T,).
+        step: time between rows [s].
+        most: largest delay looked for, in rows.
 
     Example:
         >>> wave = np.sin(np.arange(2000) * 0.03)[:, None]
@@ -101,7 +105,6 @@ def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple
         >>> round(shift, 3), likeness > 0.99
         (0.07, True)
     """
-    most = int(_LONGEST / STEP)
     scores = np.array([_likeness(true, late, there, k) for k in range(-most, most + 1)])
     best = int(np.argmax(scores))
     part = 0.0
@@ -109,7 +112,7 @@ def delay_between(true: Floats, late: Floats, there: NDArray[np.bool_]) -> tuple
         before, at, after = scores[best - 1 : best + 2]
         bend = before - 2.0 * at + after
         part = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
-    return float(best - most + part) * STEP, float(scores[best])
+    return float(best - most + part) * step, float(scores[best])
 
 
 def _likeness(true: Floats, late: Floats, there: NDArray[np.bool_], shift: int) -> float:
@@ -120,7 +123,11 @@ def _likeness(true: Floats, late: Floats, there: NDArray[np.bool_], shift: int) 
     a, b = true[first - shift : last - shift][rows], late[first:last][rows]
     if len(a) < 2:
         return 0.0
-    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    return cosine(a - a.mean(axis=0), b - b.mean(axis=0))
+
+
+def cosine(a: Floats, b: Floats) -> float:
+    """Return the cosine between two arrays of one shape, 0 where one of them is zero [1]."""
     size = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
     return float(np.sum(a * b)) / size if size > 0.0 else 0.0
 

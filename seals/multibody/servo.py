@@ -25,14 +25,6 @@ def limited(drive: JointDrive) -> Array:
     return drive.limit * xp.clip(drive.force / drive.limit, -1.0, 1.0)
 
 
-def summed(drives: list[JointDrive]) -> JointDrive:
-    """Return the sum of several drives of the same joints."""
-    total = drives[0]
-    for more in drives[1:]:
-        total = JointDrive(*(a + b for a, b in zip(total, more, strict=True)))
-    return total
-
-
 def resisted(
     matrix: Array, right: Array, resistance: Array, ahead: Any, change: Array | None = None
 ) -> tuple[Array, Array]:

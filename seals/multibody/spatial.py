@@ -23,8 +23,7 @@ def rigid_inertia(mass: float, centre: Floats, inertia: Floats) -> Floats:
     Returns:
         Matrix, order [linear, angular], shape (6, 6).
     """
-    x, y, z = (float(c) for c in centre)
-    s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    s = skew_last(np.asarray(centre, dtype=float))
     out = np.empty((6, 6))
     out[:3, :3], out[:3, 3:] = mass * np.eye(3), -mass * s
     # Steiner: J = J_C - m (c x)(c x)
@@ -39,8 +38,7 @@ def twist_map(origin: Floats, turn: Floats) -> Floats:
         origin: of the frame in the body [m], shape (3,).
         turn: rotation of the frame in the body, shape (3, 3).
     """
-    x, y, z = (float(c) for c in origin)
-    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    arm = skew_last(np.asarray(origin, dtype=float))
     out = np.zeros((6, 6))
     # V = R^T (v + w x o) = R^T v - R^T (o x) w, W = R^T w
     out[:3, :3], out[:3, 3:], out[3:, 3:] = turn.T, -turn.T @ arm, turn.T

@@ -119,3 +119,15 @@ def forward(tree: Tree, position: Array, rotation: Array, joints: Array) -> tupl
         turns.append(turn)
     origins, rotations = xp.stack(places, axis=1), xp.stack(turns, axis=2)
     return xp.permute_dims(origins, (2, 1, 0)), xp.permute_dims(rotations, (3, 2, 0, 1))
+
+
+def poses_in_base(tree: Tree, joints: Floats | None = None) -> tuple[Floats, Floats]:
+    """Return origins (L, 3) [m] and rotations (L, 3, 3) of all links in base axes.
+
+    Args:
+        tree: the robot.
+        joints: positions [rad or m], shape (J,); zero when left out.
+    """
+    at = np.zeros(tree.joints) if joints is None else joints
+    origins, turns = forward(tree, np.zeros((1, 3)), np.eye(3)[None], at[None])
+    return origins[0], turns[0]

@@ -97,6 +97,16 @@ def _elsewhere() -> Iterator[None]:
         os.close(here)
 
 
+def dress(axes: Any, x: str, y: str) -> None:
+    """Label a pair of axes, and draw its grid beneath, without a frame above and at the right."""
+    axes.set_xlabel(x, fontsize=9)
+    axes.set_ylabel(y, fontsize=9)
+    axes.tick_params(labelsize=8)
+    axes.grid(True, color="#e3e6e8", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
 def _draw(axes: Any, chart: Chart) -> None:
     """Draw one chart on one pair of axes."""
     if chart.stacked:
@@ -112,12 +122,7 @@ def _draw(axes: Any, chart: Chart) -> None:
         side = {"ha": "left", "va": "bottom" if mark.level else "top"}
         axes.text(*where, f" {mark.label} ", transform=transform, fontsize=8, color=MUTED, **side)
     axes.set_title(chart.title, loc="left", fontsize=10, fontweight="bold")
-    axes.set_xlabel(chart.x_label, fontsize=9)
-    axes.set_ylabel(chart.y_label, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color="#e3e6e8", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    dress(axes, chart.x_label, chart.y_label)
     if chart.equal:
         axes.set_aspect("equal", adjustable="datalim")
     if axes.get_legend_handles_labels()[0]:

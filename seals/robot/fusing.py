@@ -10,7 +10,7 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.hydrostatics import Hull
 from seals.hydrostatics.fused import HullFused, Part
-from seals.multibody.tree import Tree, forward
+from seals.multibody.tree import Tree, poses_in_base
 from seals.robot.model import RobotModel
 
 
@@ -44,10 +44,10 @@ def fused(
             f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
             f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
         )
-    held = np.array([joints], dtype=float)
+    held = np.array(joints, dtype=float)
     free = [j for j, name in enumerate(robot.joints) if name in moving]
-    held[:, free] = 0.0
-    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], held))
+    held[free] = 0.0
+    origins, turns = poses_in_base(robot.tree, held)
     above = robot.tree.joint
     kept = [k for k, name in enumerate(robot.links) if k == 0 or name in keep or above[k] in free]
     owner = _owners(robot.tree, kept)

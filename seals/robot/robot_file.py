@@ -18,7 +18,8 @@ MOST_PARTS, MOST_ENTRIES = 500, 40_000
 """Most effects, sensors and actuators of a robot, and most values of its file."""
 
 _NAME = re.compile(r"\w[\w-]*")
-_PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+PARTS = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
+"""Sections that hold several plug-ins, of a robot and of a run, and the kind of each."""
 
 
 _Section = dict[str, Any]
@@ -111,7 +112,7 @@ def robot_of(raw: Mapping[str, Any], folder: Path, *, name: str | None = None) -
     )
     parts = {
         section: _parts(getattr(found, section), f"{path}: {section}", word)
-        for section, word in _PARTS.items()
+        for section, word in PARTS.items()
     }
     for word in ("controller", "guide"):
         if getattr(found, word) is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 
 
@@ -14,13 +14,12 @@ def whole_body(robot: RobotModel) -> tuple[float, Floats, Floats]:
 
     Joints stand at zero.
     """
-    zero = np.zeros((1, robot.tree.joints))
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], zero)
-    places = origins[0] + np.einsum("lij,lj->li", turns[0], robot.centre)
+    origins, turns = poses_in_base(robot.tree)
+    places = origins + np.einsum("lij,lj->li", turns, robot.centre)
     mass = float(robot.mass.sum())
     centre = robot.mass @ places / mass if mass > 0.0 else np.zeros(3)
     arms = places - centre
-    turned = np.einsum("lij,ljk,lmk->im", turns[0], robot.inertia, turns[0])
+    turned = np.einsum("lij,ljk,lmk->im", turns, robot.inertia, turns)
     steiner = np.einsum("l,li,li->", robot.mass, arms, arms) * np.eye(3)
     return mass, centre, turned + steiner - np.einsum("l,li,lj->ij", robot.mass, arms, arms)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import job_overrides, output_folder
 from seals.config.strangers import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.file_names import short_path
@@ -44,11 +45,9 @@ def execute(config: Any) -> int | None:
         SealsError: the run cannot start, or failed on the way; what there is has been written.
         KeyboardInterrupt: the run was interrupted; what there is has been written.
     """
-    from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
-    hydra = HydraConfig.get()
-    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    folder, overrides = output_folder(), job_overrides()
     original, cut = (
         None if config.get(key) is None else Path(str(config[key])) for key in ("repeat", "resume")
     )

@@ -95,7 +95,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
         fluid=settings.fluid,
         repeats=repeats,
     )
-    actor.pilot = build_pilot(settings, actor)
+    actor.pilot = _build_pilot(settings, actor)
     objects = add_objects(settings, steps=steps, repeats=repeats)
     watch = open_cameras(settings, {ROBOT: actor, **objects})
     sink(settings, [actor, *objects.values()])
@@ -119,7 +119,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
     return world
 
 
-def build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
+def _build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
     """Build guide and controller of a run; None without a guide.
 
     Raises:
@@ -177,10 +177,10 @@ def build_twin(
         values=values,
         fused=fused,
     )
-    return twin, twin_state(twin, initial_configuration(settings, robot))
+    return twin, _twin_state(twin, initial_configuration(settings, robot))
 
 
-def twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
+def _twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
     """Return a configuration as a state of the batch dynamics, repeated over the batch."""
     from seals.frames import matrix_of
 

@@ -18,15 +18,14 @@ from seals.environment.settings import ObstacleSettings, check_ground, check_pro
 from seals.errors import ConfigError, suggestion
 from seals.file_names import checked_name
 from seals.registry import get, names
+from seals.robot.robot_file import PARTS
 from seals.run.hidden import hide
 from seals.run.object_settings import ObjectSettings, check_objects
 from seals.run.replay_config import recalled
-from seals.run.settings import RunSettings
+from seals.run.settings import SINGLE, RunSettings
 from seals.schema import check_fields, check_tree
 
 PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
-SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer", "live")
-SEVERAL = ("effects", "sensors", "actuators")
 _NAME = re.compile(r"\w[\w-]{0,119}")
 
 
@@ -64,7 +63,7 @@ def build_run(config: Any) -> RunSettings:
         for key in SINGLE:
             node = config.get(key)
             values[key] = None if node is None else build(node, where=key)
-        for key in SEVERAL:
+        for key in PARTS:
             values[key] = {
                 _instance(name, key): build(node, where=f"{key}.{name}")
                 for name, node in config[key].items()

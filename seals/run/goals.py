@@ -8,13 +8,11 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.control.protocols import Goal
-from seals.frames import matrix_of
+from seals.frames import AXES, matrix_of
 from seals.logs import Log
 from seals.report import Block, Paragraph, Table
 from seals.report.figures import ROUNDING, Chart, Series, without_rounding
 from seals.run.simulation import Ending, Record
-
-AXES = ("x", "y", "z")
 
 
 class GoalResult(NamedTuple):

@@ -66,7 +66,7 @@ def describe_run(
     hidden, more = hide(settings.hide, effects, environment.get("wave"))
     effects = [entry for entry in effects if entry["instance"] not in hidden]
     return {
-        ROBOT: describe_robot(settings, hidden),
+        ROBOT: _describe_robot(settings, hidden),
         "environment": environment | more,
         "baseline": [
             *effects,
@@ -80,7 +80,7 @@ def describe_run(
     }
 
 
-def describe_robot(settings: RunSettings, hidden: Container[str] = ()) -> dict[str, Any]:
+def _describe_robot(settings: RunSettings, hidden: Container[str] = ()) -> dict[str, Any]:
     """Return the robot of a run as its ``robot.yaml`` would state it, and the folder of its files.
 
     Args:

@@ -58,7 +58,7 @@ def passed(now: float, step: float, every: float) -> bool:
     return math.floor((now + 1e-9) / every) != math.floor((now - step + 1e-9) / every)
 
 
-def file_of(folder: Path, time: float) -> Path:
+def _file_of(folder: Path, time: float) -> Path:
     """Return the path of a time in a folder without its suffix, such as ``t_000.0500``."""
     return folder / f"t_{time:08.4f}"
 
@@ -127,7 +127,7 @@ class InstantFiles(Recorder):
         if self._folder is None or world.fluid is None:
             return
         if passed(world.time, world.step_size, self._every):
-            self.write(file_of(self._folder, world.time), world.fluid)
+            self.write(_file_of(self._folder, world.time), world.fluid)
 
     @abstractmethod
     def write(self, path: Path, fluid: Fluid) -> None:

@@ -77,9 +77,9 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
         "robot": {
             "name": settings.robot.name,
             "folder": settings.robot.folder,
-            "files": robot_files(settings.robot),
+            "files": _robot_files(settings.robot),
         },
-        **({"objects": object_files(settings)} if settings.objects else {}),
+        **({"objects": _object_files(settings)} if settings.objects else {}),
     }
 
 
@@ -89,7 +89,7 @@ def compiled_of(settings: RunSettings) -> bool:
     return settings.fluid is None and compiles(choice, step_count(settings))
 
 
-def object_files(settings: RunSettings) -> dict[str, Any]:
+def _object_files(settings: RunSettings) -> dict[str, Any]:
     """Return folder and checksums of every object's robot, by the object's name.
 
     An object's ``robot.yaml`` counts: the configuration of the run does not repeat its values.
@@ -101,13 +101,13 @@ def object_files(settings: RunSettings) -> dict[str, Any]:
     return {
         name: {
             "folder": robot.folder,
-            "files": {**robot_files(robot), OWN: digest(Path(robot.folder) / OWN)},
+            "files": {**_robot_files(robot), OWN: digest(Path(robot.folder) / OWN)},
         }
         for name, robot in robots.items()
     }
 
 
-def robot_files(robot: RobotSettings) -> dict[str, str | None]:
+def _robot_files(robot: RobotSettings) -> dict[str, str | None]:
     """Return the checksums of the URDF and of all meshes, by relative path."""
     folder = Path(robot.folder)
     urdf = Path(robot.urdf)

@@ -15,12 +15,10 @@ from seals.config.refusal import refusals
 from seals.config.strangers import refuse_lookups
 from seals.errors import ConfigError, RobotError
 from seals.logs.run_folder import ROBOT
+from seals.robot.robot_file import PARTS
 from seals.run.provenance import noted_digest
-from seals.run.settings import RunSettings
+from seals.run.settings import SINGLE, RunSettings
 from seals.untrusted_io import read_file
-
-_SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer")
-_SEVERAL = {"effects": "effect", "sensors": "sensor", "actuators": "actuator"}
 
 
 class _Files(NamedTuple):
@@ -51,12 +49,13 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
     """
     from omegaconf import OmegaConf
 
-    raw = _read(folder, key)
+    # whom a run talked to is no part of it, and not for its folder to say
+    raw = {**_read(folder, key), "live": None}
     with refusals(()):
-        for part in _SINGLE:
+        for part in SINGLE:
             if raw.get(part) is not None:
                 raw[part] = _typed(part, raw[part], where=part)
-        for section, kind in _SEVERAL.items():
+        for section, kind in PARTS.items():
             parts = raw.get(section) or {}
             if not isinstance(parts, dict):
                 raise ConfigError(f"{section}={parts} is not a mapping.\nGive the folder of a run.")
@@ -65,8 +64,6 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
             }
         config = OmegaConf.merge(OmegaConf.structured(RunSettings), OmegaConf.create(raw))
         config.repeat = config.resume = None
-        # whom a run talked to is no part of it, and not for its folder to say
-        config.live = None
     noted = _facts(folder).compiled
     if noted is not None and "compiled" in (raw.get("backend") or {}):
         # what a run of another length would decide for itself

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.config.overrides import typed
 from seals.config.plugin_lookup import plugin_name
+from seals.file_names import REPORT
 from seals.report import Block, Code, Facts, Fold, Paragraph, Section, Table, write_page
 from seals.report.pictures import write_picture
 from seals.report.style import unit_text
@@ -53,7 +54,7 @@ def write_report(
         else settings.robot.name
     )
     return write_page(
-        folder / "report.html",
+        folder / REPORT,
         settings.name,
         sections,
         subtitle=f"{subtitle}. {facts['started'][:16].replace('T', ' ')}",

@@ -62,6 +62,10 @@ class TimeSettings:
     duration: float = setting(2.0, "s", bounds=(1e-4, 1e6), source="chosen")
 
 
+SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer", "live")
+"""Sections of a run that are one plug-in each, of the kind of their name."""
+
+
 @roles(
     data="name backend wave fluid effects sensors actuators controller guide objects viewer "
     "water_type model force hide",

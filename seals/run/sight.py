@@ -91,11 +91,15 @@ def surface_of(settings: RunSettings) -> Surface | None:
     level = settings.environment.water_level
     if level is None:
         return None
-    waves: Any = settings.wave if settings.fluid is None else SeaOfFluid(settings.fluid)
     surface: Surface = SurfaceStill(level=level)
-    if settings.fluid is not None or _moves(waves, level):
-        reach = FLUID if settings.fluid is not None else MARGIN * _highest(waves, level)
-        surface = SurfaceWaves(waves, level=level, reach=reach)
+    if settings.fluid is not None:
+        surface = SurfaceWaves(SeaOfFluid(settings.fluid), level=level, reach=FLUID)
+    elif settings.wave is not None:
+        elevation, normal = _sample(settings.wave, level)
+        if normal is not None:
+            # still water has no normal
+            reach = MARGIN * float(np.abs(elevation).max())
+            surface = SurfaceWaves(settings.wave, level=level, reach=reach)
     if settings.sight.ripples > 0.0:
         wind = settings.sight.ripples
         short = ripples(wind=wind, seed=settings.seed, components=RIPPLES, level=level)
@@ -109,12 +113,3 @@ def _sample(waves: Waves, level: float) -> tuple[Floats, Any]:
     points = np.column_stack([rng.uniform(-50.0, 50.0, (1024, 2)), np.full(1024, level)])
     sea = waves.at(points, rng.uniform(0.0, 100.0, (1024, 1)), level)
     return np.asarray(sea.elevation, dtype=float), sea.normal
-
-
-def _moves(waves: Waves, level: float) -> bool:
-    """Return whether the waves move; still water has no normal."""
-    return waves is not None and _sample(waves, level)[1] is not None
-
-
-def _highest(waves: Waves, level: float) -> float:
-    return float(np.abs(_sample(waves, level)[0]).max())

@@ -8,7 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.effects.effect import EffectOptions, MediumKind
-from seals.frames import rotation_vector
+from seals.frames import AXES, rotation_vector
 from seals.logs import Log
 from seals.plugin_options import options_of
 from seals.report.figures import ROUNDING, Chart, Mark, Series, lines, without_rounding
@@ -17,7 +17,6 @@ from seals.run.settings import RunSettings
 from seals.run.simulation import Record
 from seals.world.ledger import COMPONENTS
 
-AXES = ("x", "y", "z")
 _SMALL = 1e-6
 """Share of the largest load below which an axis is not worth a chart."""
 STILL_DEGREES, STILL_METRES = 0.05, 0.01

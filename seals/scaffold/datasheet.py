@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from seals.errors import ConfigError, printable
+from seals.errors import printable
+from seals.file_names import refuse_taken
 from seals.logs.atomic import write_text
 from seals.logs.log import Log
 from seals.logs.motor_curve import motor_curve
@@ -79,8 +80,7 @@ def write_datasheet(
         ConfigError: the file exists.
         LogError: it cannot be written.
     """
-    if place.exists() and not replace:
-        raise ConfigError(f"{place} exists already.\nAdd replace=true, or edit it.")
+    refuse_taken(place, replace=replace)
     facts = flight_facts(log, vehicle)
     write_text(place, "\n".join(_lines(log, vehicle, facts)) + "\n")
     return list(_told(log, vehicle, facts))

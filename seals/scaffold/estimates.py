@@ -14,11 +14,12 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.check.joints import joint_loads_of
-from seals.control.plant import ROTOR, rest_poses
+from seals.control.plant import ROTOR
 from seals.effects.drag_form import DragForm, HullAxis, form_of_hull
 from seals.environment.seawater import FRESH_WATER
 from seals.hydrostatics import HullBox, HullCapsule, HullCylinder, HullSphere
 from seals.hydrostatics.wetted import Hull
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.hydrodynamics import ellipsoid_of_moments
 from seals.scaffold.limbs import SURFACE
@@ -201,7 +202,7 @@ def thrust_loads(robot: RobotModel, drives: Sequence[Drives]) -> Floats:
         robot: with the joints that remain.
         drives: in base axes, joints at zero.
     """
-    origins, turns = rest_poses(robot)
+    origins, turns = poses_in_base(robot.tree)
     found = np.zeros(robot.tree.joints)
     for j, child in enumerate(robot.tree.child):
         hinge, place = turns[child] @ robot.tree.axis[j], origins[child]
@@ -231,7 +232,7 @@ def water_loads(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Floats:
         robot: with the joints that remain.
         hulls: by link.
     """
-    origins, turns = rest_poses(robot)
+    origins, turns = poses_in_base(robot.tree)
     found = np.zeros(robot.tree.joints)
     for name, hull in hulls.items():
         link = robot.links.index(name)

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import rest_poses
 from seals.errors import RobotError
-from seals.multibody.tree import forward
+from seals.multibody.tree import forward, poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.shapes import LinkHull
 
@@ -94,7 +93,7 @@ def with_feet(
         RobotError: nothing tells where a leg stands.
     """
     out = {}
-    origins, _ = rest_poses(robot)
+    origins, _ = poses_in_base(robot.tree)
     for name, leg in legs.items():
         last = robot.tree.child[robot.joints.index(leg["joints"][-1])]
         foot, toe = robot.links.index(leg["foot"]), np.array(leg["toe"], dtype=float)
@@ -142,10 +141,10 @@ def _end_of(hull: LinkHull) -> Floats:
 
 def _stance_of(robot: RobotModel, legs: Mapping[str, Mapping[str, Any]]) -> _Stance:
     """Return reach and height of the stance."""
-    values = np.zeros((1, robot.tree.joints))
+    values = np.zeros(robot.tree.joints)
     for leg in legs.values():
-        values[0, [robot.joints.index(j) for j in leg["joints"]]] = leg.get("stance") or 0.0
-    origins, turns = (x[0] for x in forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values))
+        values[[robot.joints.index(j) for j in leg["joints"]]] = leg.get("stance") or 0.0
+    origins, turns = poses_in_base(robot.tree, values)
     reach, height = [], []
     for leg in legs.values():
         foot = robot.links.index(leg["foot"])
@@ -207,7 +206,7 @@ def _toe(robot: RobotModel, joint: int) -> tuple[int, Floats]:
         if tree.parent[k] in frames and tree.joint[k] < 0:
             frames.append(k)
     if len(frames) > 1:
-        origins, _ = rest_poses(robot)
+        origins, _ = poses_in_base(robot.tree)
         away = np.linalg.norm(origins[frames] - origins[last], axis=1).round(6)
         return max(zip(away, frames, strict=True))[1], np.zeros(3)
     return last, 2.0 * robot.centre[last]
@@ -279,7 +278,7 @@ def _stands(robot: RobotModel, chain: list[int], foot: int, toe: Floats) -> bool
         return False
     lift, bend, end = (p[0] for p in _places(robot, chain, foot, toe, np.zeros((1, 3))))
     joint = chain[-1]
-    hinge = rest_poses(robot)[1][robot.tree.child[joint]] @ robot.tree.axis[joint]
+    hinge = poses_in_base(robot.tree)[1][robot.tree.child[joint]] @ robot.tree.axis[joint]
     hinge = hinge / np.linalg.norm(hinge)
     # links beside each other along the axis make no bend
     thigh, shank = (way - (way @ hinge) * hinge for way in (bend - lift, end - bend))

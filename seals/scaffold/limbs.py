@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.legs import legs_of
 
@@ -156,8 +156,8 @@ def _hangs(robot: RobotModel, link: int, top: int) -> bool:
 
 def _spread(robot: RobotModel, joints: list[int], values: Floats, tips: list[int]) -> float:
     """Mean distance of the tips' centres of mass from their middle [m]."""
-    q = np.zeros((1, robot.tree.joints))
-    q[0, joints] = values
-    origins, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], q)
-    places = origins[0, tips] + np.einsum("lij,lj->li", turns[0, tips], robot.centre[tips])
+    q = np.zeros(robot.tree.joints)
+    q[joints] = values
+    origins, turns = poses_in_base(robot.tree, q)
+    places = origins[tips] + np.einsum("lij,lj->li", turns[tips], robot.centre[tips])
     return float(np.linalg.norm(places - places.mean(axis=0), axis=1).mean())

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import ROTOR, THRUSTER, rest_poses
+from seals.control.plant import ROTOR, THRUSTER
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.plug_ins import Motor
 from seals.scaffold.takeover import Takeover
@@ -57,7 +58,7 @@ def level_ones(
     if flies(source, medium) or not rotors or len(rotors) < len(motors):
         return list(motors)
     links = [link_of(motor, robot, source) for motor in rotors]
-    turns = rest_poses(robot)[1]
+    turns = poses_in_base(robot.tree)[1]
     axes = [
         axis_of(robot, k, ROTOR) if m.axis is None else turns[k] @ np.array(m.axis)
         for k, m in zip(links, rotors, strict=True)
@@ -98,7 +99,7 @@ def hubs_of(robot: RobotModel, links: Sequence[int], motors: Sequence[Motor]) ->
     if any(motor.values for motor in motors):
         # motor models push at the origin of their link
         return hubs
-    frames = rest_poses(robot)[0][list(links)]
+    frames = poses_in_base(robot.tree)[0][list(links)]
     apart = np.linalg.norm(frames[:, None] - frames[None], axis=2) + np.diag(np.ones(len(links)))
     together = apart.min(axis=1, initial=np.inf) < _SAME_PLACE
     centres = [robot.centre[k] for k in links]
@@ -113,7 +114,7 @@ def axis_of(robot: RobotModel, link: int, kind: str) -> Floats:
     joint = robot.tree.joint[link]
     ahead = np.array([0.0, 0.0, 1.0] if kind == ROTOR else [1.0, 0.0, 0.0])
     own = robot.tree.axis[joint] if joint >= 0 else ahead
-    axis: Floats = rest_poses(robot)[1][link] @ own
+    axis: Floats = poses_in_base(robot.tree)[1][link] @ own
     return axis
 
 

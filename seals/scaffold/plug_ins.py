@@ -27,7 +27,7 @@ def vector(element: ElementTree.Element, tag: str, default: str, said: str) -> F
     words = (_text_of(element, tag) or default).split()
     if len(words) != 3:
         raise RobotError(f"{said}: {tag} has {len(words)} numbers.\nAllowed: 3.")
-    return np.array([finite(word, f"{said}: {tag}") for word in words])
+    return np.array([_finite(word, f"{said}: {tag}") for word in words])
 
 
 def _six_by_six(element: ElementTree.Element, tag: str, said: str) -> Floats | None:
@@ -35,7 +35,7 @@ def _six_by_six(element: ElementTree.Element, tag: str, said: str) -> Floats | N
     words = re.split(r"[\s,]+", _text_of(element, tag))
     if words == [""]:
         return None
-    numbers = np.array([finite(word, f"{said}: {tag}") for word in words])
+    numbers = np.array([_finite(word, f"{said}: {tag}") for word in words])
     if numbers.size == 6:
         return np.diag(numbers)
     if numbers.size != 36:
@@ -45,14 +45,14 @@ def _six_by_six(element: ElementTree.Element, tag: str, said: str) -> Floats | N
     return numbers.reshape(6, 6)
 
 
-def magnitudes(
+def _magnitudes(
     element: ElementTree.Element, said: str, names: Mapping[str, str]
 ) -> dict[str, float]:
     """Return magnitudes of the numbers in child elements, under new names, without zeros."""
     found = {}
     for tag, name in names.items():
         text = _text_of(element, tag)
-        value = abs(finite(text, f"{said}: {tag}")) if text else 0.0
+        value = abs(_finite(text, f"{said}: {tag}")) if text else 0.0
         if value > 0.0:
             found[name] = value
     return found
@@ -69,25 +69,25 @@ def last_name(name: str | None) -> str:
     return (name or "").strip().split("::")[-1]
 
 
-def positive(text: str | None, where: str, unit: str) -> float:
+def _positive(text: str | None, where: str, unit: str) -> float:
     """Return a number above zero.
 
     Raises:
         RobotError: it is none.
     """
-    value = finite(text, where)
+    value = _finite(text, where)
     if value <= 0.0:
         raise RobotError(f"{where}={value:g} is not allowed.\nAllowed: above zero, in {unit}.")
     return value
 
 
-def fluid_density(element: ElementTree.Element, said: str) -> float:
+def _fluid_density(element: ElementTree.Element, said: str) -> float:
     """Return the density that a plug-in states, else that of the UUV simulator [kg/m^3]."""
     words = _text_of(element, "fluid_density") or str(SEA_WATER)
-    return positive(words, f"{said}: fluid_density", "kg/m^3")
+    return _positive(words, f"{said}: fluid_density", "kg/m^3")
 
 
-def finite(text: str | None, where: str) -> float:
+def _finite(text: str | None, where: str) -> float:
     """Return a finite number.
 
     Raises:
@@ -159,7 +159,7 @@ def _under_way(plugin: ElementTree.Element, link: ElementTree.Element, said: str
     damping = None if model is None else _six_by_six(model, FORWARD_SPEED, said)
     if damping is None:
         return
-    density = fluid_density(plugin, said)
+    density = _fluid_density(plugin, said)
     upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
     source = f"{said} ({FORWARD_SPEED}, in water of {density:g} kg/m^3)"
     for along, about, turn in ((1, 5, upright), (2, 4, np.eye(3))):
@@ -186,14 +186,14 @@ def _fin(plugin: ElementTree.Element, model: ElementTree.Element, said: str) -> 
     refuse_unlisted(
         kind, keys, f"{said}: the type '{kind[:40]}' of its lift is not known", error=RobotError
     )
-    first, second = (finite(_text_of(model, tag), f"{said}: {tag}") for tag in keys[kind])
-    density = fluid_density(model, said)
+    first, second = (_finite(_text_of(model, tag), f"{said}: {tag}") for tag in keys[kind])
+    density = _fluid_density(model, said)
     area, drag, left = first * second, 0.0, ""
     if kind == "Quadratic":
         area, drag = 2.0 * first / density, 2.0 * second / density
     else:
         stated = {tag: _text_of(model, tag) for tag in ("a0", "cda", "alpha_stall")}
-        left = ", ".join(t for t, x in stated.items() if x and finite(x, f"{said}: {t}"))
+        left = ", ".join(t for t, x in stated.items() if x and _finite(x, f"{said}: {t}"))
     turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]).T
     source = f"{said} ({', '.join(keys[kind])} in water of {density:g} kg/m^3)"
     return Wing(link, area, density, np.zeros(3), turn, source, left, drag)
@@ -203,7 +203,7 @@ def _lift_drag(plugin: ElementTree.Element, said: str) -> Wing:
     """Plug-in LiftDrag: slope, area, place and axes of a wing; absent numbers are Gazebo's."""
     defaults = {"cla": 1.0, "area": 1.0, "air_density": 1.2041, "a0": 0.0, "cda": 0.0, "cma": 0.0}
     value = {
-        tag: finite(_text_of(plugin, tag) or str(default), f"{said}: {tag}")
+        tag: _finite(_text_of(plugin, tag) or str(default), f"{said}: {tag}")
         for tag, default in defaults.items()
     }
     place, chord, normal = (
@@ -386,7 +386,7 @@ def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
             yield _commanded_thruster(control, said)
     for thruster in plugin.findall("thruster"):
         if thruster.find("maxForceFwd") is not None:
-            values = magnitudes(
+            values = _magnitudes(
                 thruster, said, {"maxForceFwd": "max_force", "maxForceRev": "back_force"}
             )
             link, joint = _text_of(thruster, "linkName"), _text_of(thruster, "propJointName")
@@ -403,7 +403,7 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
         "timeConstantDown": "spin_down",
         "rotorDragCoefficient": "drag",
     }
-    values = magnitudes(element, said, names)
+    values = _magnitudes(element, said, names)
     if "torque" in values and "thrust" in values:
         values["torque"] *= values["thrust"]
     else:
@@ -426,7 +426,7 @@ def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
         "min_thrust_cmd": "back_force",
         "propeller_diameter": "radius",
     }
-    values = magnitudes(plugin, said, names)
+    values = _magnitudes(plugin, said, names)
     if "radius" in values:
         values["radius"] /= 2.0
     return Motor(THRUSTER, "", _text_of(plugin, "joint_name"), values, said)
@@ -435,7 +435,7 @@ def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
 def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
     """Thruster of an autopilot's channel, whose command is multiplier * (0 to 1, plus offset)."""
     scale, offset = (
-        finite(_text_of(control, tag) or default, f"{said}: {tag}")
+        _finite(_text_of(control, tag) or default, f"{said}: {tag}")
         for tag, default in (("multiplier", "1"), ("offset", "0"))
     )
     ends = sorted((scale * offset, scale * (1.0 + offset)))
@@ -446,14 +446,14 @@ def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:
     """Thruster of the UUV simulator, along link x; its law of force says what it reaches."""
-    values = magnitudes(plugin, said, {"thrustMax": "max_force", "thrustMin": "back_force"})
+    values = _magnitudes(plugin, said, {"thrustMax": "max_force", "thrustMin": "back_force"})
     conversion = plugin.find("conversion")
     reached = {} if conversion is None else _reached(plugin, conversion, said)
     values = {**reached, **values}
     dynamics = plugin.find("dynamics")
     lag = "" if dynamics is None else _text_of(dynamics, "timeConstant")
     if lag:
-        values["time_constant"] = abs(finite(lag, f"{said}: timeConstant"))
+        values["time_constant"] = abs(_finite(lag, f"{said}: timeConstant"))
     link = _text_of(plugin, "linkName")
     return Motor(THRUSTER, link, "" if link else _text_of(plugin, "jointName"), values, said)
 
@@ -471,11 +471,11 @@ def _reached(
 
     def number(element: ElementTree.Element, tag: str) -> float | None:
         text = _text_of(element, tag)
-        return finite(text, f"{said}: {tag}") if text else None
+        return _finite(text, f"{said}: {tag}") if text else None
 
     low, high = number(plugin, "clampMin"), number(plugin, "clampMax")
     given, forces = (
-        np.array([finite(w, f"{said}: {tag}") for w in _text_of(conversion, tag).split()])
+        np.array([_finite(w, f"{said}: {tag}") for w in _text_of(conversion, tag).split()])
         for tag in ("inputValues", "outputValues")
     )
     if len(given) != len(forces) or np.any(np.diff(given) <= 0.0):
@@ -516,7 +516,7 @@ def _coefficients(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynam
         tag = str(child.tag)
         if not re.fullmatch(r"[xyzkmn](Dot|[aA]bs)?[UVWPQR]([aA]bs)?[UVWPQR]?", tag):
             continue
-        value = finite(child.text, f"{said}: {tag}")
+        value = _finite(child.text, f"{said}: {tag}")
         bare = re.sub("abs", "", tag, flags=re.IGNORECASE)
         row = _ROWS.index(tag[0])
         if tag[1:4] == "Dot":
@@ -594,7 +594,7 @@ def _fluid_added_mass(root: ElementTree.Element) -> Iterator[Hydrodynamics]:
             if match:
                 i, j = ("xyzpqr".index(letter) for letter in match.groups())
                 where = f"fluid_added_mass of {link.get('name')}"
-                matrix[i, j] = matrix[j, i] = finite(child.text, where)
+                matrix[i, j] = matrix[j, i] = _finite(child.text, where)
         yield Hydrodynamics(last_name(link.get("name")), matrix, None, None, "<fluid_added_mass>")
 
 
@@ -611,9 +611,9 @@ def _volumes(plugin: ElementTree.Element, said: str) -> Iterator[Displacement]:
         if not (text or neutral):
             continue
         centre = _text_of(link, "center_of_buoyancy") or _text_of(link, "center_of_volume")
-        numbers = [finite(word, f"{said}: centre of volume") for word in centre.split()]
-        volume = positive(text or "1", f"{said}: volume", "m^3")
-        density = fluid_density(plugin, said)
+        numbers = [_finite(word, f"{said}: centre of volume") for word in centre.split()]
+        volume = _positive(text or "1", f"{said}: volume", "m^3")
+        density = _fluid_density(plugin, said)
         place = np.array(numbers) if len(numbers) == 3 else None
         name = last_name(link.get("name"))
         # the UUV simulator adds its buoyancy at a place relative to the centre of mass

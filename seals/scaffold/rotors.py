@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import ROTOR, THRUSTER, rest_poses
+from seals.control.plant import ROTOR, THRUSTER
 from seals.environment.seawater import FRESH_WATER
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.motors import (
     UPRIGHT,
@@ -108,7 +109,7 @@ class Drives:
                 tilted[k] = link
         base = [k for k in range(len(self.links)) if k not in tilted]
         found = [("", self.rows(base))] if base else []
-        origins, turns = rest_poses(robot)
+        origins, turns = poses_in_base(robot.tree)
         for k, link in tilted.items():
             one = self.rows([k])
             one.position = (one.position - origins[link]) @ turns[link]
@@ -202,7 +203,7 @@ def _drives(
     extents: Mapping[str, float],
 ) -> Drives:
     links = [link_of(motor, robot, source) for motor in motors]
-    origins, turns = rest_poses(robot)
+    origins, turns = poses_in_base(robot.tree)
     hubs = hubs_of(robot, links, motors)
     place = np.array([origins[k] + turns[k] @ hub for k, hub in zip(links, hubs, strict=True)])
     rows = [

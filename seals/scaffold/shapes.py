@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.control.plant import rest_poses
 from seals.errors import RobotError
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.meshes import load_mesh
 from seals.scaffold.plug_ins import Displacement, Hydrodynamics
@@ -152,7 +152,7 @@ def _part_of(robot: RobotModel, link: str, without: Collection[str] = ()) -> lis
 
 def _centre_of(robot: RobotModel, part: list[int]) -> Floats:
     """Return the centre of mass of links in axes of the first of them [m], shape (3,)."""
-    origins, turns = rest_poses(robot)
+    origins, turns = poses_in_base(robot.tree)
     mass = robot.mass[part]
     if mass.sum() <= 0.0:
         return np.zeros(3)

@@ -13,6 +13,7 @@ from typing import Any
 
 from seals import registry
 from seals.errors import ConfigError, printable
+from seals.file_names import refuse_taken
 from seals.logs.atomic import rename_new
 
 _CLASS = {
@@ -113,10 +114,7 @@ def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
                 f"Choose another name: my_{name}"
             )
     target = parent / (folder or name)
-    if target.exists():
-        raise ConfigError(
-            f"'{target}' exists already.\nChoose another name, or move that folder away."
-        )
+    refuse_taken(target)
     if not parent.is_dir():
         raise ConfigError(f"there is no folder '{parent}'.\nMake it first, or go to another one.")
     return target

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, refuse_absent, suggestion
+from seals.file_names import refuse_taken
 from seals.logs.atomic import write_table
 from seals.report.figures import Chart, Series
 from seals.report.pictures import write_picture
@@ -111,8 +112,7 @@ def execute(config: Any) -> int:
     Raises:
         ConfigError: a setting is wrong, or no run is left.
     """
-    if not config.folder:
-        raise ConfigError("folder is not given.\nSay which: seals runs FOLDER")
+    refuse_absent(config.folder or None, "folder", "seals runs FOLDER")
     _refuse_targets(config)
     rows = find_rows(Path(str(config.folder)))
     for row in rows:
@@ -161,10 +161,7 @@ def _refuse_targets(config: Any) -> None:
                 f"{key}={value}: '{path.suffix}' is not a file type for {key}.\n"
                 f"Allowed: {' or '.join(suffixes)}"
             )
-        if path.exists() and not config.replace:
-            raise ConfigError(
-                f"{key}={value} exists already.\nSay replace=true, or choose another."
-            )
+        refuse_taken(path, key=key, replace=config.replace)
     if config.plot is not None and not (config.metric and config.against):
         missing = "against" if config.metric else "metric"
         raise ConfigError(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.config.compose import job_overrides, output_folder
 from seals.config.overrides import key_of, typed
 from seals.control.key_events import read_track, write_track
 from seals.errors import ConfigError, LogError, suggestion
@@ -154,10 +155,7 @@ def execute(config: Any) -> int | None:
         SealsError: the session cannot start, or failed on the way; what there is has been written.
         MissingExtra: a device or an export needs a package that is not installed.
     """
-    from hydra.core.hydra_config import HydraConfig
-
-    hydra = HydraConfig.get()
-    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    folder, overrides = output_folder(), job_overrides()
     exporting = Export.safetensors in config.export
     if exporting:
         from seals.learn.tensor_file import library

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.build import build
+from seals.config.compose import job_overrides, output_folder
 from seals.config.overrides import key_of
 from seals.errors import ConfigError
 from seals.run.build import build_run
@@ -26,11 +27,9 @@ def execute(config: Any) -> int | None:
     Raises:
         SealsError: there is no such run, it cannot start, or the viewer cannot be opened.
     """
-    from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
-    hydra = HydraConfig.get()
-    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    folder, overrides = output_folder(), job_overrides()
     if not 0 <= config.port < 1 << 16:
         raise ConfigError(
             f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"

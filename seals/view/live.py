@@ -133,7 +133,7 @@ def _unpacked(content: bytes) -> Frame:
         return Frame(float(found["time"]), found["position"], found["rotation"], particles)
 
 
-class Broadcast(Recorder):
+class _Broadcast(Recorder):
     """Sender of frames at a rate in simulated time.
 
     Args:
@@ -176,7 +176,7 @@ def simulate_into(folder: str, mouth: Connection) -> None:
 
     try:
         settings = build_run(recalled(Path(folder), key="view"))
-        broadcast = Broadcast(lambda frame: mouth.send_bytes(_FRAME + _packed(frame)))
+        broadcast = _Broadcast(lambda frame: mouth.send_bytes(_FRAME + _packed(frame)))
         record = run_into(Path(folder), settings, recorders=[broadcast])
         error = record.error
         words = "" if error is None else f"{type(error).__name__}: {error}"

@@ -28,7 +28,7 @@ from seals.view.stage import Stage, build_stage
 from seals.view.water import Water
 
 
-class Show(Protocol):
+class _Show(Protocol):
     """Interface of an interactive viewer plug-in."""
 
     def show(self, session: Session, *, host: str, port: int) -> None:

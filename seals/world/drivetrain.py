@@ -13,11 +13,10 @@ from seals.effects.effect import ActuatorOptions
 from seals.errors import ConfigError
 from seals.motion import Timing
 from seals.plugin_options import options_of
+from seals.sensors.delivery import INSTANT
 
 SHORT = 1e-9
 """Shortest time constant of a drive that does not follow at once [s]."""
-INSTANT = 1e-9
-"""Times closer than this are one [s]: ten thousand steps of 0.1 ms stay on their grid."""
 
 
 class Delayed:

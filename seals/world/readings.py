@@ -13,9 +13,9 @@ from seals.errors import ConfigError, suggestion
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.motion import Reading
 from seals.plugin_options import options_of
+from seals.sensors.delivery import INSTANT
 from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import Sensor, SensorInput
-from seals.world.drivetrain import INSTANT
 
 CHANNELS = ("angular_velocity", "specific_force")
 """Channels that make a reading an inertial one."""

@@ -12,7 +12,6 @@ from seals.effects.evaluation import Evaluation
 from seals.effects.joint_inertia import armature_of, felt_inertia
 from seals.errors import ConfigError
 from seals.motion import Inputs, JointDrive
-from seals.multibody.servo import summed
 from seals.robot.model import RobotModel
 
 HEAVIEST = 100.0
@@ -47,13 +46,10 @@ class Servoing:
         self, found: Evaluation, inputs: Inputs
     ) -> tuple[Floats, JointDrive | None, Floats | None]:
         """Return explicit joint forces, implicit joint drives, and the inertia of the drives."""
-        force = inputs.joint_torque
-        for _, more in found.joint_loads:
-            force = force + more
+        force = found.joint_force(inputs.joint_torque)
         if not self.drives(inputs):
             return force, None, None
-        drives = [drive for _, drive in found.joint_drives]
-        return force, summed(drives) if drives else None, self.armature
+        return force, found.joint_drive, self.armature
 
 
 def check_gains(robot: RobotModel, effects: EffectSet, step: float) -> None:

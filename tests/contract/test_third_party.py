@@ -14,7 +14,7 @@ from seals.compare.application import settings_of
 from seals.config.compose import compose
 from seals.robot.build import build_robot
 from seals.run.build import run_settings
-from seals.sysid.candidates.experiment import candidate_set_of
+from seals.sysid.candidates.catalogue import candidates_of_runs
 from seals.testing import check_effect, check_robot
 from seals.testing.scenes import Case
 
@@ -86,7 +86,7 @@ def test_its_effects_are_compared_on_several_runs(coral: Path) -> None:
         ["experiment=slocum_glider", "rivals=[sway_by_yaw,gyroscope_scale]"], root="compare"
     )
     settings = settings_of(found)
-    candidate_set = candidate_set_of(settings, build_robot(settings.robot))
+    candidate_set = candidates_of_runs(settings, build_robot(settings.robot))
     keys = {c.name: c.keys for c in candidate_set.candidates}
     assert keys["sway_by_yaw"] == ("more_sway_by_yaw_water.derivative",)
     assert len(keys["gyroscope_scale"]) == 3

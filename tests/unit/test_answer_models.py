@@ -16,7 +16,7 @@ from seals.errors import ConfigError
 from seals.field_roles import Role
 from seals.logs.shipped import shipped_logs
 from seals.schema import read
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.application import _known

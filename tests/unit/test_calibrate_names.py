@@ -13,8 +13,8 @@ from seals.logs.shipped import find_log
 from seals.sysid.calibration.calibration import chosen
 from seals.sysid.calibration.free_numbers import prior_sigma, same_number, with_free_numbers
 from seals.sysid.calibration.stated import StatedNumber, stated_numbers
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.candidates.parameters import CandidateSet
-from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 
 DRAG = "effects.linear_drag_air.coefficient_x"

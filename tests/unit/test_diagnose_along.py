@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linearise import dynamics_along, predict
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import linearise_model, rewindowed, transient_rows, windows_of
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
 from seals.sysid.predictors.windows_fit import Fitter
@@ -104,7 +104,7 @@ def described(level: float | None) -> dict[str, Any]:
     }
 
 
-def waving(vehicle: Vehicle) -> tuple[Plant, Trajectory]:
+def waving(vehicle: Vehicle) -> tuple[ExtendedModel, Trajectory]:
     """A smooth trajectory through the surface with its log; readings with noise of a fixed seed."""
     rng = np.random.default_rng(3)
     time = np.arange(ROWS) * STEP
@@ -139,7 +139,7 @@ def waving(vehicle: Vehicle) -> tuple[Plant, Trajectory]:
         joint_command=trajectory.joints + 0.02,
     )
     candidate_set = candidate_set_of(vehicle, speeds=np.ones(3))
-    return Plant(vehicle, candidate_set, samples, parts=1), trajectory
+    return ExtendedModel(vehicle, candidate_set, samples, parts=1), trajectory
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Problem, follow_measurements, linearise_model
 from seals.sysid.predictors.rollout import simulated_trajectory
 from seals.sysid.predictors.substep_integrator import SubstepIntegrator, finer
@@ -85,7 +85,7 @@ def problem_of(vehicle: Vehicle) -> Problem:
         joint_command=none,
     )
     trajectory = simulated_trajectory(samples, vehicle, parts=4)
-    plant = Plant(vehicle, candidate_set_of(vehicle, speeds=np.ones(3)), samples, parts=4)
+    plant = ExtendedModel(vehicle, candidate_set_of(vehicle, speeds=np.ones(3)), samples, parts=4)
     reading = SubstepIntegrator(plant).substeps(trajectory, {}).reading[::4]
     channels["angular_velocity"][:], channels["specific_force"][:] = reading[:, :3], reading[:, 3:]
     fitter = linearise_model(plant, trajectory, {})

@@ -12,8 +12,8 @@ from seals.batch.response import Response
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.extended_model import ExtendedModel, Held
 from seals.sysid.predictors.linearise import Columns, _accelerations, _everywhere
-from seals.sysid.predictors.plant import Held, Plant
 from seals.sysid.predictors.problem import Linearisation, linearise_model
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache, packed
 from seals.sysid.predictors.windows_fit import Fitter
@@ -122,7 +122,7 @@ def _bytes(fitter: Fitter) -> int:
         if isinstance(one, np.ndarray):
             whole = one if one.base is None else one.base
             seen[id(whole)] = getattr(whole, "nbytes", 0)
-        elif id(one) not in done and not isinstance(one, Plant | Trajectory):
+        elif id(one) not in done and not isinstance(one, ExtendedModel | Trajectory):
             done.add(id(one))
             parts = one if isinstance(one, tuple | list) else getattr(one, "__dict__", {}).values()
             todo += one.values() if isinstance(one, dict) else parts

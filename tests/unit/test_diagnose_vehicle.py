@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seals.errors import LogError
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.diagnosis import parameters
 

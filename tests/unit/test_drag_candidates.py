@@ -20,7 +20,7 @@ from seals.hydrostatics import HullBox, HullCapsule, HullCompound, HullCylinder,
 from seals.logs.native import read_native
 from seals.motion import Inputs, Medium, Motion
 from seals.plugins.effects.quadratic_drag import DragQuadratic
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.robot_description import describe_run
 from seals.sysid.data.vehicle import read_vehicle
 

@@ -12,7 +12,7 @@ from seals.cli.main import main
 from seals.errors import LogError
 from seals.logs.native import read_native
 from seals.plugins.effects.added_mass import AddedMass, EntryLaw
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.robot_description import describe_robot, describe_run
 from seals.sysid.data.vehicle import read_vehicle
 

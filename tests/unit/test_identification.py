@@ -17,7 +17,7 @@ from seals.effects.identification import Identification, Subject
 from seals.errors import BrokenPlugin
 from seals.motion import Inputs, Medium, Motion, Reading, Wrench
 from seals.schema import param
-from seals.sysid.candidates.vehicle import installed
+from seals.sysid.candidates.catalogue import installed
 from seals.sysid.data.vehicle import read_vehicle
 
 

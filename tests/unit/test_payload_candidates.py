@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.vehicle import read_vehicle
 from tests.unit.test_diagnose_along import described
 

@@ -9,7 +9,7 @@ import pytest
 
 from seals.logs import read_native
 from seals.logs.shipped import find_log
-from seals.sysid.candidates.vehicle import candidate_set_of, installed
+from seals.sysid.candidates.catalogue import candidate_set_of, installed
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.data.vehicle import read_vehicle
 

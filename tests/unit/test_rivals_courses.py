@@ -20,7 +20,7 @@ from seals.effects.binding import bind_effects
 from seals.errors import ConfigError, LogError
 from seals.logs.log import Log
 from seals.robot.build import build_robot
-from seals.sysid.candidates.experiment import candidate_set_of
+from seals.sysid.candidates.catalogue import candidates_of_runs
 from seals.sysid.predictors.batch import prepare
 
 GRAVITY = 9.81
@@ -240,7 +240,7 @@ def test_a_name_of_nothing_is_refused(experiment: str, word: str, wrong: str, ri
     """A rival, a tolerance and a nominal effect that are not there: the nearest name is said."""
     settings = settings_for(f"experiment={experiment}", word)
     with pytest.raises(ConfigError, match=rf"{wrong}(.|\n)*{right}"):
-        candidate_set_of(settings, build_robot(settings.robot))
+        candidates_of_runs(settings, build_robot(settings.robot))
 
 
 def test_one_run_is_too_few() -> None:

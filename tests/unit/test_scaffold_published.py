@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 from seals.check.robot import Verdict, check_robot
-from seals.control.plant import rest_poses
 from seals.effects import bind_effects
 from seals.errors import RobotError
 from seals.motion import Inputs, Medium, Motion
-from seals.multibody.tree import forward
+from seals.multibody.tree import forward, poses_in_base
 from seals.robot.build import build_robot
 from seals.run.build import run_settings
 from seals.scaffold.mending import fixed_joints, sound_inertias, turned_base, weighted_base
@@ -375,7 +374,7 @@ def test_forward(forward: str, tmp_path: Path) -> None:
     text = ElementTree.tostring(_robot(_link("hull", 5.0, (1.0, 1.0, 1.0))), encoding="unicode")
     file.write_text(text)
     new = scaffold_robot("r", file, parent=tmp_path, forward=forward)
-    turn = rest_poses(new.robot)[1][new.robot.links.index("hull")]
+    turn = poses_in_base(new.robot.tree)[1][new.robot.links.index("hull")]
     axis = np.eye(3)["xyz".index(forward[-1])] * (-1.0 if forward[0] == "-" else 1.0)
     np.testing.assert_allclose(turn @ axis, [1.0, 0.0, 0.0], atol=1e-8)  # nine digits
     assert new.robot.mass[0] == 5.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from seals import registry
-from seals.sysid.candidates.vehicle import wave_laws
+from seals.sysid.candidates.catalogue import wave_laws
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "seals" / "sysid"

@@ -10,7 +10,7 @@ import pytest
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.robot.whole_body import whole_body
-from seals.sysid.candidates.vehicle import candidate_set_of
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.data.known_sea import sea_laws
 from seals.sysid.data.robot_description import RobotDescription, describe_robot
 from seals.sysid.data.samples import read_samples

@@ -108,15 +108,23 @@ def effects_of(model: Resonators) -> dict[str, Any]:
     }
 
 
+def transfer_of(resonators: Resonators, w: np.ndarray) -> np.ndarray:
+    """K(iw) of the equation that `Resonators` states, shape (W, 6, 6)."""
+    own = np.diag(resonators.frequency**2)
+    s = 1j * w[:, None, None]
+    middle = s**2 * np.eye(len(own)) + s * resonators.damping + own
+    return s * (resonators.coupling.T @ np.linalg.solve(middle, resonators.coupling + 0.0 * s))
+
+
 def test_fit_of_the_hemisphere() -> None:
     """Resonators give Hulme's K(iw) within 4 % of its largest value, and are passive."""
-    found = model().transfer(OMEGA)[:, 2, 2]
+    found = transfer_of(model(), OMEGA)[:, 2, 2]
     expected = MASS * OMEGA * (HEAVE[:, 2] + 1j * (HEAVE[:, 1] - LIMIT))
     apart = np.abs(found - expected).max() / np.abs(expected).max()
     print(f"{len(model().frequency)} resonators, misfit {model().misfit:.2%}, at most {apart:.2%}")
     assert model().misfit < 0.025
     assert apart < 0.04
-    everywhere = model().transfer(np.geomspace(1e-3, 1e3, 200) * RATE)
+    everywhere = transfer_of(model(), np.geomspace(1e-3, 1e3, 200) * RATE)
     assert np.linalg.eigvalsh(everywhere.real).min() > -1e-9 * np.abs(everywhere).max()
 
 
@@ -129,12 +137,12 @@ def test_fit_of_coupled_motions() -> None:
         0.0,
     )
     w = np.linspace(0.5, 15.0, 24)
-    transfer = true.transfer(w)
+    transfer = transfer_of(true, w)
     limit = np.diag([5.0, 0.0, 0.0, 0.0, 0.2, 0.0])
     data = Radiation(w, limit + transfer.imag / w[:, None, None], transfer.real, limit, 0.5)
     found = fit_resonators(data)
     assert found.misfit < 0.025
-    apart = np.abs(found.transfer(w) - transfer)[:, [0, 0, 4], [0, 4, 4]].max(axis=0)
+    apart = np.abs(transfer_of(found, w) - transfer)[:, [0, 0, 4], [0, 4, 4]].max(axis=0)
     size = np.abs(transfer)[:, [0, 0, 4], [0, 4, 4]].max(axis=0)
     assert np.all(apart < 0.05 * size)
 

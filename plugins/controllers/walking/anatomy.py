@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.errors import ConfigError
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.limbs import Leg, standing
 from seals.robot.model import RobotModel
 
@@ -137,7 +137,7 @@ def anatomy_of(robot: RobotModel) -> Anatomy:
     # the stance with every hip at zero shows which way legs fold that are straight at zero
     hips = stands.copy()
     hips[[leg.joints[0] for leg in robot.legs.values() if leg.joints]] = 0.0
-    poses = [_pose(robot, values) for values in (0.0 * stands, hips, stands)]
+    poses = [poses_in_base(robot.tree, values) for values in (0.0 * stands, hips, stands)]
     rows = [_row(robot, leg, *poses) for leg in robot.legs.values()]
     table = {key: np.array([row[key] for row in rows]) for key in rows[0]}
     side = (table["toe"][:, 1] < 0.0).astype(float)
@@ -150,12 +150,6 @@ def anatomy_of(robot: RobotModel) -> Anatomy:
 
 Pose = tuple[Floats, Floats]
 """Origins of all links [m] and their rotation matrices, body axes."""
-
-
-def _pose(robot: RobotModel, values: Floats) -> Pose:
-    """Pose of all links at joint values."""
-    found = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], values[None])
-    return found[0][0], found[1][0]
 
 
 def _row(robot: RobotModel, leg: Leg, zero: Pose, folded: Pose, stands: Pose) -> dict[str, Floats]:

@@ -67,7 +67,7 @@ ALL = 1_000_000
 _GOLDEN = math.pi * (3.0 - math.sqrt(5.0))
 
 
-def sample_box(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
+def _sample_box(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
     """Sample a box about its centre.
 
     Args:
@@ -76,7 +76,7 @@ def sample_box(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> S
         layers: under the surface; deeper ones are left out.
 
     Example:
-        >>> bool(np.isclose(sample_box((0.4, 0.2, 0.1), 0.1).volumes.sum(), 0.008))
+        >>> bool(np.isclose(_sample_box((0.4, 0.2, 0.1), 0.1).volumes.sum(), 0.008))
         True
     """
     counts = [max(1, round(edge / spacing)) for edge in size]
@@ -90,7 +90,7 @@ def sample_box(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> S
     return Samples(points, np.full(len(points), math.prod(size) / math.prod(counts)))
 
 
-def sample_sphere(
+def _sample_sphere(
     radius: float, spacing: float, layers: int = SEEN, *, halves: bool = False
 ) -> Samples:
     """Sample a ball about its centre by evenly covered shells.
@@ -115,7 +115,7 @@ def sample_sphere(
     return Samples(np.concatenate(points), np.concatenate(volumes))
 
 
-def sample_cylinder(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
+def _sample_cylinder(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
     """Sample a cylinder along z about its centre by rings in slices.
 
     Args:
@@ -161,7 +161,7 @@ def _slice(
     return Samples(np.concatenate(points), np.concatenate(volumes))
 
 
-def sample_capsule(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
+def _sample_capsule(size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:
     """Sample a capsule along z about its centre: a cylinder between two halves of a ball.
 
     Args:
@@ -170,7 +170,7 @@ def sample_capsule(size: tuple[float, ...], spacing: float, layers: int = SEEN) 
         layers: under the surface; deeper ones are left out.
     """
     radius, length = size
-    ball = sample_sphere(radius, spacing, layers, halves=True)
+    ball = _sample_sphere(radius, spacing, layers, halves=True)
     ends = ball.points.copy()
     ends[:, 2] += np.where(ends[:, 2] >= 0.0, 0.5, -0.5) * length
     slices, rings = max(1, round(length / spacing)), max(1, round(radius / spacing))
@@ -257,6 +257,6 @@ def sample_shape(kind: str, size: tuple[float, ...], spacing: float, layers: int
         layers: under the surface; deeper ones are left out.
     """
     if kind == "sphere":
-        return sample_sphere(size[0], spacing, layers)
-    draw = {"box": sample_box, "cylinder": sample_cylinder, "capsule": sample_capsule}
+        return _sample_sphere(size[0], spacing, layers)
+    draw = {"box": _sample_box, "cylinder": _sample_cylinder, "capsule": _sample_capsule}
     return draw[kind](size, spacing, layers)

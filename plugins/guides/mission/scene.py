@@ -12,7 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.control import RobotState
 from seals.control.tracking import Place
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.limbs import Arm, Gripper
 from seals.robot.model import RobotModel
 from seals.state_records import state_record
@@ -121,19 +121,15 @@ class Hand:
         self.stowed = np.zeros(0) if arm is None else np.asarray(arm.stowed, dtype=float)
         self._grasp = np.zeros(3)
         if arm is not None and gripper is not None and gripper.tips:
-            origins, turns = self._poses(np.zeros(robot.tree.joints))
+            origins, turns = poses_in_base(robot.tree)
             middle = origins[list(gripper.tips)].mean(axis=0)
             self._grasp = (middle - origins[arm.tool]) @ turns[arm.tool]
-
-    def _poses(self, joints: Floats) -> tuple[Floats, Floats]:
-        origins, turns = forward(self.robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
-        return origins[0], turns[0]
 
     def offset(self, joints: Floats) -> Floats:
         """Return the grasp point, body axes about the body origin [m], shape (3,)."""
         if self.arm is None:
             return np.zeros(3)
-        origins, turns = self._poses(joints)
+        origins, turns = poses_in_base(self.robot.tree, joints)
         held: Floats = origins[self.arm.tool] + turns[self.arm.tool] @ self._grasp
         return held
 

@@ -72,7 +72,7 @@ class Detector(Protocol):
         """
 
 
-class DetectorParts:
+class _DetectorParts:
     """Detector that is told: the true place wherever enough pixels of the animal are drawn.
 
     It makes the labels of what is learned, and is the control that says what pictures cost.
@@ -283,7 +283,7 @@ def load_detector(name: str, *, animal: str, stance: float) -> Detector:
         ConfigError: there is none, or its weights are not those of such a network.
     """
     if name == PARTS:
-        return DetectorParts(animal)
+        return _DetectorParts(animal)
     folder = detector_folder(name, besides=(PARTS,))
     metadata = read_metadata(folder, form=FORM, key="task.detector")
     network = network_of()

@@ -122,7 +122,7 @@ TILES = 24
 """Tiles along an edge of a plane."""
 
 
-class Solids:
+class _Solids:
     """Shapes of a scene in the page.
 
     Args:
@@ -213,7 +213,7 @@ CELLS = 64
 """Cells along an edge of the patch of waves."""
 
 
-class Sea:
+class _Sea:
     """Water of a run in the page.
 
     Args:
@@ -499,8 +499,8 @@ class _Page:
         first = self._extent is None
         extent = self._extent = Extent.of(session, self._extent)
         self._parts = [
-            Solids(self._server, session.stage, extent.middle, extent.half),
-            Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
+            _Solids(self._server, session.stage, extent.middle, extent.half),
+            _Sea(self._server, session.water, extent.middle, extent.half, self._opacity),
             _Pushes(self._server, session.forces, extent.arrow),
         ]
         self.panel.begin(self._parts[2].colours)

@@ -25,7 +25,7 @@ Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 
-class Planes:
+class _Planes:
     """The level planes of a scene, drawn pixel by pixel.
 
     Args:
@@ -186,7 +186,7 @@ class Drawing:
     ) -> None:
         check_scene(scene)
         self.bodies = Bodies(scene, name, plugin)
-        self._planes = Planes(scene.shapes, light)
+        self._planes = _Planes(scene.shapes, light)
         self._sky = to_linear(np.array(light.sky)).astype(np.float32)
         self._shift = sampling.shift
         engine = self.bodies.engine

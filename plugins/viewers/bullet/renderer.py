@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from seals.child_process import command, environment
+from seals.child_process import tried
 from seals.errors import MissingExtra, PhysicsError
 from seals.plugins.viewers.bullet.client import engine
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
@@ -149,22 +148,11 @@ def try_out(plugin: str) -> None:
     Raises:
         MissingExtra: it did not work; the message says how it ended.
     """
-    try:
-        done = subprocess.run(
-            command(_TRIAL, plugin),
-            env=environment(),
-            capture_output=True,
-            timeout=PATIENCE,
-            check=False,
-        )
-        ended = "" if done.returncode == 0 else f"ended with code {done.returncode}"
-        words = done.stderr.decode(errors="replace") + done.stdout.decode(errors="replace")
-    except subprocess.TimeoutExpired:
-        ended, words = f"took more than {PATIENCE:g} s", ""
-    if ended:
-        last = next((x.strip() for x in reversed(words.splitlines()) if x.strip()), "no words")
+    code, last = tried(_TRIAL, plugin, seconds=PATIENCE)
+    if code != 0:
+        ended = f"took more than {PATIENCE:g} s" if code is None else f"ended with code {code}"
         raise MissingExtra(
-            f"viewer=egl: a trial picture {ended} ({last[:120]}).\n"
+            f"viewer=egl: a trial picture {ended} ({last[:120] or 'no words'}).\n"
             "Install a driver for EGL (Debian: libegl1, libgl1-mesa-dri), or draw on the "
             "processor: viewer=tiny"
         )

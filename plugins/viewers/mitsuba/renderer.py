@@ -37,7 +37,7 @@ _PLAIN_SAMPLES = 16
 """Samples of a pixel's colour."""
 
 
-class Plain:
+class _Plain:
     """Scene for camera images.
 
     Args:
@@ -299,7 +299,7 @@ class RendererMitsuba:
         """Start closed."""
         check_tree(self, where="viewer")
         self._folder: tempfile.TemporaryDirectory[str] | None = None
-        self._plain: Plain | None = None
+        self._plain: _Plain | None = None
         self._build: Build | None = None
         self._quality = Quality.draft
 
@@ -308,7 +308,7 @@ class RendererMitsuba:
         check_scene(scene)
         mi = mitsuba(self.variant)
         shapes = write_shapes(scene, self._fresh())
-        self._plain = Plain(mi, shapes, [s for s in scene.shapes if s.kind == "plane"], light)
+        self._plain = _Plain(mi, shapes, [s for s in scene.shapes if s.kind == "plane"], light)
 
     def render(
         self, poses: Poses, cameras: Cameras, lens: Lens, *, normals: bool = False

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import enum
-import subprocess
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from seals.child_process import command, environment
+from seals.child_process import tried
 from seals.errors import MissingExtra, PhysicsError, optional_import
 
 SECONDS = 120.0
@@ -66,25 +65,11 @@ def _chosen(variant: Variant) -> str:
 
 @lru_cache(maxsize=8)
 def trial(variant: str) -> str:
-    """Return the error of a variant; empty when it works.
-
-    An old LLVM does not raise an error but ends the process, hence a child.
-    """
-    try:
-        done = subprocess.run(
-            command(_TRIAL, variant),
-            env=environment(),
-            capture_output=True,
-            text=True,
-            timeout=SECONDS,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
+    """Return the error of a variant; empty when it works. An old LLVM ends its process."""
+    code, last = tried(_TRIAL, variant, seconds=SECONDS)
+    last = last.rstrip(".")[:160]
+    if code is None:
         return f"a trial took longer than {SECONDS:g} s"
-    if done.returncode == 0:
-        return ""
-    said = [line.strip() for line in (done.stderr + done.stdout).splitlines() if line.strip()]
-    last = said[-1].rstrip(".")[:160] if said else ""
-    if done.returncode < 0:
-        return f"a trial was ended by signal {-done.returncode}" + (f" ({last})" if last else "")
-    return last or f"a trial ended with exit code {done.returncode}"
+    if code < 0:
+        return f"a trial was ended by signal {-code}" + (f" ({last})" if last else "")
+    return (last or f"a trial ended with exit code {code}") if code else ""

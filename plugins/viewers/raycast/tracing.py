@@ -71,7 +71,7 @@ def boxes(
     return torch.where((first <= last) & (first >= near), first, torch.inf)
 
 
-def cylinders(
+def _cylinders(
     rays: tuple[Tensor, Tensor], centre: Tensor, turn: Tensor, half: Tensor, near: float
 ) -> Tensor:
     """Return entry distances of cylinders: side and caps."""
@@ -223,7 +223,7 @@ def _nearest(
         elif kind == 1:
             depths = boxes(rays, centre, turn, half, near)
         elif kind == 2:
-            depths = cylinders(rays, centre, turn, half, near)
+            depths = _cylinders(rays, centre, turn, half, near)
         elif kind == 3:
             depths, through = _convex(rays, centre, turn, fixed, setting)
         else:

@@ -8,11 +8,11 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError, SealsError, refuse_unlisted
 from seals.learn.comparison.outcome import Arm, ArmComparison, Band, Study
 from seals.learn.comparison.page import write_study
@@ -173,9 +173,7 @@ def execute(config: Any) -> int:
     Raises:
         SealsError: there is nothing to compare, a run cannot be read, or one ends too early.
     """
-    from hydra.core.hydra_config import HydraConfig
-
-    out = Path(str(config.out or HydraConfig.get().runtime.output_dir))
+    out = output_folder(config.out)
     if out.exists() and not out.is_dir():
         raise ConfigError(f"out={out} is a file.\nGive a folder.")
     study = _study_of(config)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import output_folder
 from seals.errors import ConfigError, refuse_unlisted, suggestion
+from seals.file_names import refuse_taken
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import write_hdf5
 from seals.learn.demonstrations.folder import read, write
@@ -34,11 +35,9 @@ def execute(config: Any) -> int:
         SealsError: the policy or the world cannot be used, or too few episodes succeed.
         MissingExtra: the packages for learning are not installed.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     need_torch()
     _refuse(config)
-    out = Path(str(config.out)) if config.out else Path(HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     target = out if config.out else out / FOLDER
     demos, tried = _recorded(config)
     made = [write(demos, target)]
@@ -154,8 +153,6 @@ def _refuse(config: Any) -> None:
         words = suggestion(str(config.who), [who.value for who in Who])
         raise ConfigError(f"who={config.who} is unknown.\n{words}")
     for key in ("out", "hdf5"):
-        if config[key] and os.path.lexists(str(config[key])):
-            raise ConfigError(
-                f"{key}={config[key]} exists already.\nChoose another name, or move it away."
-            )
+        if config[key]:
+            refuse_taken(str(config[key]), key=key)
     training_seed(config.first)

@@ -12,7 +12,7 @@ from seals.environment.ground import solids_of
 from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.starts import generator_of
 from seals.learn.task import Instant
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.rendering import Light, Poses, Scene
 from seals.rendering.camera import Cameras, lengths, mounted, units
 from seals.rendering.gather import build_scene
@@ -101,11 +101,11 @@ class BatchCameras:
         def tensor(values: Any) -> Tensor:
             return torch.as_tensor(np.ascontiguousarray(values), device=device).double()
 
-        places, turns = forward(robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
-        self._places, self._turns = tensor(places[0]), tensor(turns[0])
+        places, turns = poses_in_base(robot.tree, joints)
+        self._places, self._turns = tensor(places), tensor(turns)
         links = [_link_of(name, camera, robot) for name, camera in cameras.items()]
         mounts = [
-            mounted(places[0, link], turns[0, link], camera.mount.arm, camera.mount.turn)
+            mounted(places[link], turns[link], camera.mount.arm, camera.mount.turn)
             for link, camera in zip(links, cameras.values(), strict=True)
         ]
         self._mounts, self._axes = (tensor(column) for column in zip(*mounts, strict=True))

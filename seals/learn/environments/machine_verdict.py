@@ -29,7 +29,7 @@ class MachineVerdict:
         self._kernel: Any = None
         self._shapes: list[Any] = []
         self._form: Any = None
-        self._built: Callable[[Iterator[Any]], Any] = builder(None)
+        self._built: Callable[[Iterator[Any]], Any] = _builder(None)
         self.refused = False
 
     def __call__(self, *given: Any) -> Any:
@@ -58,7 +58,7 @@ class MachineVerdict:
             return list(leaves(whole))
 
         kernel = compiled(law, shapes)
-        self._built = builder(self._form)
+        self._built = _builder(self._form)
         return kernel
 
 
@@ -67,18 +67,18 @@ def _entries(traced: Array, like: Any) -> Array:
     return traced > 0.5 if np.asarray(like).dtype == np.bool_ else traced
 
 
-def builder(form: Any) -> Callable[[Iterator[Any]], Any]:
+def _builder(form: Any) -> Callable[[Iterator[Any]], Any]:
     """Return what makes a nest of results in order; leaves of its form say which are conditions.
 
     Example:
-        >>> builder((False, {"a": True}))(iter(np.array([[3.0], [1.0]])))
+        >>> _builder((False, {"a": True}))(iter(np.array([[3.0], [1.0]])))
         (array([3.]), {'a': array([ True])})
     """
     if isinstance(form, dict):
-        named = [(name, builder(part)) for name, part in form.items()]
+        named = [(name, _builder(part)) for name, part in form.items()]
         return lambda found: {name: part(found) for name, part in named}
     if isinstance(form, tuple):
-        parts, kind = [builder(part) for part in form], type(form)
+        parts, kind = [_builder(part) for part in form], type(form)
         if hasattr(form, "_fields"):
             return lambda found: kind(*[part(found) for part in parts])
         return lambda found: tuple([part(found) for part in parts])

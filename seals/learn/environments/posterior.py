@@ -15,11 +15,10 @@ from seals.errors import ConfigError, suggestion
 from seals.plugin_options import options_of
 from seals.registry import get, names
 from seals.schema import parameters_of, read, vars_of
+from seals.sysid.candidates.reported_values import NORMAL90
 from seals.sysid.validation.answer import Finding, FoundEffect, read_answer
 
 KEY = "varied_from"
-_NORMAL90 = 1.6449
-"""Half of a 90 % interval in standard deviations."""
 _ROUNDED = 1e-6
 """What rounding may take from a correlation [1]."""
 _PLACES = ("rotor", "joint")
@@ -177,7 +176,7 @@ def _effect_estimates(
         if field in _PLACES:
             continue
         known = read(_Interval, vars_of(given), where=f"{finding.file}: {kind}.{field}")
-        sd = abs(known.high90 - known.low90) / (2.0 * _NORMAL90)
+        sd = abs(known.high90 - known.low90) / (2.0 * NORMAL90)
         own = _field(effects[alike[0]], field, finding.file)
         base = float(getattr(effects[alike[0]], own))
         yield field, f"{alike[0]}.{own}", Estimate(base if added else base + known.value, sd)

@@ -19,7 +19,7 @@ from seals.learn.environments.machine_twin import MachineLaw
 from seals.learn.environments.simulator import BatchSimulator
 from seals.learn.observations import picked
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
-from seals.multibody.tree import forward
+from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds
@@ -132,9 +132,9 @@ class TwinSimulator(BatchSimulator):
         )
         self._steps = max(1, round(1.0 / (task.rate * backend.interval)))
         # the position of the hand in body axes, joints held [m], shape (3,)
-        places, _ = forward(self.robot.tree, np.zeros((1, 3)), np.eye(3)[None], joints[None])
+        places, _ = poses_in_base(self.robot.tree, joints)
         self._offset = as_like(
-            np.asarray(places[0, list(tool_of(self.robot))].mean(axis=0)), self.like
+            np.asarray(places[list(tool_of(self.robot))].mean(axis=0)), self.like
         )
         self._level = settings.environment.water_level
         self._drive = as_like(carrying_speeds(self.twin.plant, joints), self.like)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.build import typed_entries
-from seals.config.compose import compose
+from seals.config.compose import compose, job_overrides, output_folder
 from seals.config.overrides import key_of
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
@@ -164,17 +164,14 @@ def execute(config: Any) -> int:
         SealsError: a policy or a world cannot be used.
         MissingExtra: the packages for learning are not installed.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.learn.comparison.words import text_table
     from seals.run.progress import progress
 
     need_torch()
-    settings = HydraConfig.get()
-    out = Path(str(config.out or settings.runtime.output_dir))
+    out = output_folder(config.out)
     if out.exists() and not out.is_dir():
         raise ConfigError(f"out={out} is a file.\nGive a folder.")
-    trials = _trials_of(config, base=list(settings.overrides.task))
+    trials = _trials_of(config, base=job_overrides())
     found: list[EvaluationResult] = []
     facts = {
         "env": str(config.name),

@@ -20,7 +20,7 @@ FURTHER = {
 """Further columns of a table, where any episode tells them: those that reached the target."""
 
 
-def label(found: EvaluationResult) -> str:
+def _label(found: EvaluationResult) -> str:
     """Return the policy's name, for a folder its last part."""
     path = Path(found.policy)
     # training keeps its policy in a folder of that name: the run's own says more
@@ -50,7 +50,7 @@ def rows_of(judgements: Sequence[EvaluationResult]) -> tuple[tuple[str, ...], Ro
             distance = f"{middle:.3f} ({low:.3f} to {high:.3f})"
         rows.append(
             (
-                label(found),
+                _label(found),
                 *((found.world or "its own",) if worlds else ()),
                 str(found.episodes),
                 *(found.share(name).text() if name in found.columns else "" for name in shares),
@@ -79,13 +79,13 @@ def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:
     out = []
     for other in others:
         share = other.share()
-        who = label(other) if not other.world else f"the same in the world '{other.world}'"
+        who = _label(other) if not other.world else f"the same in the world '{other.world}'"
         if own.low > share.high:
-            out.append(f"{label(first)} succeeds more often than {who}: the intervals are apart.")
+            out.append(f"{_label(first)} succeeds more often than {who}: the intervals are apart.")
         elif own.high < share.low:
-            out.append(f"{label(first)} succeeds less often than {who}: the intervals are apart.")
+            out.append(f"{_label(first)} succeeds less often than {who}: the intervals are apart.")
         else:
-            out.append(f"{label(first)} and {who}: no difference is shown, the intervals meet.")
+            out.append(f"{_label(first)} and {who}: no difference is shown, the intervals meet.")
     return out
 
 
@@ -119,7 +119,7 @@ def write_results(
     write_json(out / NUMBERS, numbers)
     write_table(out / EPISODES, _episodes_of(found))
     words = f"{found[0].episodes} held-out starts, {facts['env']}"
-    write_page(out / PAGE, f"Evaluation of {label(found[0])}", _sections(found), subtitle=words)
+    write_page(out / PAGE, f"Evaluation of {_label(found[0])}", _sections(found), subtitle=words)
     return [out / NUMBERS, out / EPISODES, out / PAGE]
 
 
@@ -164,7 +164,7 @@ def _sections(found: Sequence[EvaluationResult]) -> list[Section]:
 
 
 def _name(found: EvaluationResult) -> str:
-    return f"{label(found)}, {found.world}" if found.world else label(found)
+    return f"{_label(found)}, {found.world}" if found.world else _label(found)
 
 
 def _distances(found: EvaluationResult) -> Series:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from seals.config.build import build
+from seals.config.compose import job_overrides, output_folder
 from seals.config.overrides import typed
 from seals.errors import ConfigError, SealsError
 from seals.learn.devices import usable_device
@@ -170,11 +171,8 @@ def execute(config: Any) -> int:
         SealsError: something cannot be used, or the training failed; what there is stays.
         KeyboardInterrupt: it was interrupted; a checkpoint was written.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     need_torch()
-    hydra = HydraConfig.get()
-    folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    folder, overrides = output_folder(), job_overrides()
     resume, config.resume = config.resume is not None, None
     try:
         outcome = _train_into(folder, config, overrides=overrides, resume=resume)

@@ -43,14 +43,6 @@ class Resonators(NamedTuple):
     coupling: Floats
     misfit: float
 
-    def transfer(self, frequency: Floats) -> Floats:
-        """Return K(iw), complex, shape (W, 6, 6).
-
-        Args:
-            frequency: w [rad/s], shape (W,).
-        """
-        return _transfer(self.frequency, self.damping, self.coupling, frequency)
-
 
 def fit_resonators(found: Radiation, *, tolerance: float = TOLERANCE) -> Resonators:
     """Fit coupled resonators to the radiation of a floating hull.

@@ -8,7 +8,8 @@ from math import sqrt
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, printable
+from seals.config.compose import output_folder
+from seals.errors import ConfigError, printable, refuse_absent
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.shipped import find_log
 from seals.report import Chart, Choice, write_picture
@@ -20,7 +21,6 @@ from seals.sysid.calibration.settings import CalibrateSettings
 from seals.sysid.calibration.stated import StatedNumber
 from seals.sysid.calibration.words import HEAD, error_sentence, remarks, row
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Problem, linearise_model
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, sources
 from seals.sysid.report.naming import figure
@@ -107,7 +107,7 @@ def _problem(found: Calibration, number: StatedNumber) -> Problem:
     field = number.key.partition(".")[2]
     candidate = Candidate(name=number.name, keys=(number.key,), reported=(field,))
     candidate_set = replace(held, parameters=parameters, candidates=(*held.candidates, candidate))
-    plant = Plant(problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts)
+    plant = problem.plant.of(candidate_set)
     fitter = linearise_model(plant, found.solution.fitter.trajectory, {})
     return replace(problem, plant=plant, fitter=fitter)
 
@@ -118,7 +118,7 @@ _WIDTH = 160
 
 
 @dataclass(frozen=True, kw_only=True)
-class Outcome:
+class _Outcome:
     """Result of ``seals calibrate``: the calibration and what is derived from it.
 
     Args:
@@ -139,21 +139,16 @@ def execute(config: Any) -> int:
         ConfigError: no log is given, a name means no number, or a folder cannot be used.
         LogError: a log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
-    if config.log is None:
-        raise ConfigError(
-            "log is not given.\nSay which: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
-        )
+    refuse_absent(config.log, "log", "seals calibrate log=FOLDER parameters=[mass] out=FOLDER")
     given = given_logs(config)
     check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])
     if config.apply and not config.robot.folder:
         raise ConfigError(
             "apply=true needs the robot's folder.\nGive it: robot=FOLDER, or leave apply out."
         )
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     if config.apply and (out / ROBOT).exists():
         raise ConfigError(f"{out / ROBOT} is there already.\nGive another folder: out=FOLDER")
     make_folder(out)
@@ -167,7 +162,7 @@ def execute(config: Any) -> int:
     return 0
 
 
-def _outcome(given: GivenLogs, tell: Any) -> Outcome:
+def _outcome(given: GivenLogs, tell: Any) -> _Outcome:
     """Calibrate, derive the edited robot files, and propose the next flight."""
     config = given.config
     held = config.held_out
@@ -185,10 +180,10 @@ def _outcome(given: GivenLogs, tell: Any) -> Outcome:
     found = replace(found, source=sources(given.places), given=words)
     folder = Path(config.robot.folder) if config.robot.folder else None
     edit = None if folder is None or robot is None else edited(found, folder, robot.robot)
-    return Outcome(found=found, edit=edit, flight=_next_flight(found) if config.plan else None)
+    return _Outcome(found=found, edit=edit, flight=_next_flight(found) if config.plan else None)
 
 
-def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
+def _write(config: Any, outcome: _Outcome, out: Path) -> list[Path]:
     """Write all files of a calibration; return their paths."""
     found, edit, flight = outcome.found, outcome.edit, outcome.flight
     answer = {**found.to_dict(), "next_experiment": None if flight is None else flight.to_dict()}
@@ -198,19 +193,18 @@ def _write(config: Any, outcome: Outcome, out: Path) -> list[Path]:
         write_text(out / DIFF, edit.diff)
         pages.append(out / DIFF)
     if config.report:
-        from seals.sysid.calibration.application import draw
         from seals.sysid.calibration.report import write_report
 
         diff, notes = ("", ()) if edit is None else (edit.diff, edit.notes)
         more = [] if flight is None else [flight.sentence]
         pages.append(write_report(found, out, diff=diff, notes=notes, more=more))
-        pages.append(draw(found, out))
+        pages.append(_draw(found, out))
     if config.apply and edit is not None:
         pages.append(write_robot(edit, out / ROBOT))
     return pages
 
 
-def _print(outcome: Outcome) -> None:
+def _print(outcome: _Outcome) -> None:
     """Print the table of numbers with remarks."""
     from rich.console import Console
     from rich.markup import escape
@@ -231,7 +225,7 @@ def _print(outcome: Outcome) -> None:
 PICTURE = "calibration.png"
 
 
-def draw(found: Calibration, folder: Path) -> Path:
+def _draw(found: Calibration, folder: Path) -> Path:
     """Draw measurement and model before and after, the residuals below; return the path.
 
     Raises:

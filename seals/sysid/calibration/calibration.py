@@ -18,6 +18,7 @@ from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import with_free_numbers
 from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
 from seals.sysid.candidates.parameters import CandidateSet
+from seals.sysid.candidates.reported_values import NORMAL90
 from seals.sysid.data.join import join_logs
 from seals.sysid.data.robot_description import RobotDescription
 from seals.sysid.data.vehicle import Vehicle
@@ -40,8 +41,6 @@ PRIOR = 0.5
 """1-sigma of the prior of a number as a share of what is stated."""
 _AT = 1e-6
 """Relative distance from a bound at which a number counts as held by it."""
-_NORMAL90 = 1.6449
-"""Half width of a 90 % interval in standard deviations."""
 _SHOWN = 8
 """Names that a refusal lists."""
 ROUNDS = 8
@@ -112,7 +111,7 @@ class Calibration:
 
     def interval(self, number: StatedNumber) -> tuple[float, float]:
         """Return the ends of the 90 % interval of a number, inside its bounds."""
-        value, half = self.value(number), _NORMAL90 * self.sigma(number)
+        value, half = self.value(number), NORMAL90 * self.sigma(number)
         low, high = number.bounds
         return max(value - half, low), min(value + half, high)
 
@@ -271,12 +270,7 @@ def _unseen_misfit(
     cache = TrajectoryCache(plant, trajectory)
     dynamics = dynamics_along(plant, trajectory, at, cache=cache)
     windows = windows_of(plant, trajectory, dynamics)
-    found = []
-    for values in models:
-        prediction = predict(plant, trajectory, values, cache=cache)
-        whitened = windows.whiten(windows.residual(prediction)[:, :, None])
-        found.append(float(whitened.product(whitened).sum()) / float(windows.observed))
-    return found
+    return [windows.level(predict(plant, trajectory, values, cache=cache)) for values in models]
 
 
 def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
@@ -286,10 +280,8 @@ def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[f
         That of the stated numbers, and that of fits to the other parts, in turn.
     """
     fit, fitter = solution.fit, solution.fitter
-    before = fitter.misfit(stated)
     found = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
-    level = float(before.product(before).sum()) / fitter.windows.observed
-    return level, held_out_misfit(found)
+    return fitter.windows.level(fitter.prediction(stated)), held_out_misfit(found)
 
 
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from seals.file_names import REPORT
 from seals.logs.atomic import write_text
 from seals.report import Block, Code, Facts, Paragraph, Section, Table, page
 from seals.sysid.calibration.calibration import Calibration
@@ -14,8 +15,6 @@ from seals.sysid.report.naming import figure
 from seals.sysid.report.overlay import POINTS, overlay_blocks
 from seals.sysid.report.tolerances import moved, tolerance_chart
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-
-PAGE = "report.html"
 
 
 def models(found: Calibration) -> tuple[EvidenceHypothesis, EvidenceHypothesis]:
@@ -69,16 +68,15 @@ def write_report(
         edits += [Paragraph(text=note) for note in notes]
         sections.insert(1, Section(title="Change of the robot's folder", blocks=edits, wide=True))
     samples = found.problem.samples
-    seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     text = page(
         f"Calibration of {found.problem.vehicle.name}",
         sections,
-        subtitle=f"{seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
+        subtitle=f"{samples.seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
         f"computed in {found.seconds:.1f} s",
         light=True,
     )
-    write_text(folder / PAGE, text)
-    return folder / PAGE
+    write_text(folder / REPORT, text)
+    return folder / REPORT
 
 
 def _summary(found: Calibration, more: Sequence[str]) -> Section:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.effects.effect import Effect, Timed
 from seals.effects.identification import Addition, Identification, Property
 from seals.schema import parameters_of
@@ -66,6 +67,24 @@ class Parameter:
         """Step of the finite difference by this parameter."""
         size = self.tolerance if self.tolerance > 0.0 else 0.1 * self.scale
         return self.stated_nudge or 0.02 * size
+
+
+def prior_widths(
+    parameters: Mapping[str, Parameter], keys: Sequence[str], free: Collection[str], wide: float
+) -> Floats:
+    """Return the prior 1-sigma of parameters, shape (p,): plausible for free ones, else tolerances.
+
+    Args:
+        parameters: by key.
+        keys: of the parameters.
+        free: those that a fit frees.
+        wide: factor on the plausible sizes.
+    """
+    widths = [
+        wide * max(p.scale, p.tolerance) if k in free else p.tolerance
+        for k, p in ((k, parameters[k]) for k in keys)
+    ]
+    return np.asarray(widths, dtype=float)
 
 
 @dataclass(frozen=True, kw_only=True)

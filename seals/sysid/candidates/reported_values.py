@@ -9,7 +9,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 
-_NORMAL90 = 1.6449
+NORMAL90 = 1.6449
 """Half width of a 90 % interval in standard deviations."""
 _LAW = 0.03
 """1-sigma by which real laws differ from those of the library, as a share."""
@@ -70,7 +70,7 @@ def with_interval(value: float, spread: float, unit: str) -> dict[str, float | s
         >>> with_interval(2.0, 0.0, "kg")["low90"]
         1.901306
     """
-    half = _NORMAL90 * float(np.hypot(spread, _LAW * value))
+    half = NORMAL90 * float(np.hypot(spread, _LAW * value))
     return {
         "value": float(value),
         "low90": float(value - half),
@@ -105,4 +105,4 @@ def deviation(interval: Mapping[str, float | str]) -> float:
         >>> round(deviation(with_interval(0.0, 0.3, "N")), 6)
         0.3
     """
-    return abs(float(interval["high90"]) - float(interval["low90"])) / (2.0 * _NORMAL90)
+    return abs(float(interval["high90"]) - float(interval["low90"])) / (2.0 * NORMAL90)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from seals.arrays import true_spans
 from seals.errors import LogError
 from seals.logs.log import Log
 
@@ -76,9 +77,6 @@ def _stretches(log: Log, spans: Sequence[tuple[float, float]], number: int) -> l
     free = np.ones(rows.size, dtype=bool)
     for begin, end in spans:
         free &= (time < begin) | (time > end)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(int)))
-    found = [
-        _Stretch(rows[a:b], float(time[a]), float(time[b - 1]))
-        for a, b in edges.reshape(-1, 2).tolist()
-    ]
+    spans_free = true_spans(free)
+    found = [_Stretch(rows[a:b], float(time[a]), float(time[b - 1])) for a, b in spans_free]
     return found if log.has("position") else [s for s in found if s.rows[0] == rows[0]]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.logs.channels import columns_of
 from seals.logs.log import Log
+from seals.logs.resample import one_sign
 from seals.logs.run_folder import ROBOT
 
 STEP = 0.01
@@ -204,19 +205,10 @@ def _smoothed(log: Log, name: str, groups: list[NDArray[np.int64]], n: int) -> t
     for group in groups:
         own = values[group]
         if name == "orientation":
-            own = _unflipped(own)
+            own = one_sign(own)
         windows = np.lib.stride_tricks.sliding_window_view(own, lags.size, axis=0)
         found = windows @ weight
         if name == "orientation":
             found /= np.linalg.norm(found, axis=1, keepdims=True)
         out[group[half : own.shape[0] - half]] = found
     return out, float(np.sqrt(np.sum(weight**2)))
-
-
-def _unflipped(q: Floats) -> Floats:
-    """Quaternions whose sign does not change along the rows."""
-    good = np.flatnonzero(np.isfinite(q).all(axis=1))
-    out: Floats = q.copy()
-    dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
-    out[good[1:]] *= np.cumprod(np.where(dots < 0.0, -1.0, 1.0))[:, None]
-    return out

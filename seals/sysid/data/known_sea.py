@@ -21,7 +21,7 @@ GAP = 10.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SeaOfLogs:
+class _SeaOfLogs:
     """Waves of several concatenated logs on their common clock.
 
     Args:
@@ -41,7 +41,10 @@ class SeaOfLogs:
         """Return the sea at points and times; the time chooses the log whose waves apply."""
         count = len(position)
         clock = np.broadcast_to(np.asarray(time), (count, 1))
-        log = log_of(self.begins, clock[:, 0])
+        # a step may look a little past the last row of a log
+        log = np.clip(
+            np.searchsorted(self.begins - 0.5 * GAP, clock[:, 0], side="right") - 1, 0, None
+        )
         here = copy.copy(self.law)
         for name, value in self.values.items():
             chosen = value
@@ -83,7 +86,7 @@ def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
     for name in calm.per_log:
         every = [name, *(own_key(name, k) for k in range(1, len(logs)))]
         whole[name] = tuple(values.get(key, getattr(calm, name)) for key in every)
-    return SeaOfLogs(
+    return _SeaOfLogs(
         law=calm,
         values=whole,
         begins=np.array([log.begin for log in logs]),
@@ -94,12 +97,6 @@ def sea_of(calm: Any, values: Mapping[str, Any], logs: Sequence[Span]) -> Any:
 def own_key(name: str, log: int) -> str:
     """Return the name of a per-log parameter; that of the first log has no suffix."""
     return f"{name}_{log + 1}" if log else name
-
-
-def log_of(begins: Floats, clock: Floats) -> Any:
-    """Index of the log to which each time of the common clock belongs, shape (N,)."""
-    # a step may look a little past the last row of a log
-    return np.clip(np.searchsorted(begins - 0.5 * GAP, clock, side="right") - 1, 0, None)
 
 
 def sea_laws() -> dict[str, Any]:
@@ -131,7 +128,7 @@ def known_sea(
         return each[0], beside
     numeric = [f.name for f in fields(law) if isinstance(getattr(each[0], f.name), float)]
     return (
-        SeaOfLogs(
+        _SeaOfLogs(
             law=each[0],
             values={n: tuple(getattr(one, n) for one in each) for n in numeric},
             begins=np.array([float(part["begin"]) for part in parts]),

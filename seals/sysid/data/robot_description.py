@@ -118,6 +118,11 @@ def stated_robot(meta: Mapping[str, Any]) -> Mapping[str, Any]:
     return stated if isinstance(stated, Mapping) else {}
 
 
+def name_in(meta: Mapping[str, Any]) -> str:
+    """Return the name that a log gives its robot; empty where it has none."""
+    return str((meta.get(ROBOT) or meta.get("vehicle") or {}).get("name", ""))
+
+
 def describe_run(folder: Path) -> RobotDescription | None:
     """Return the robot that SEALS simulated in a run, or None for any other log.
 

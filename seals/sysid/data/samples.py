@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.logs.log import Log
+from seals.logs.resample import one_sign
 from seals.sysid.data.smoothing import local_polynomial
 from seals.sysid.data.supply import full_voltage, supplied
 from seals.sysid.data.vehicle import Vehicle
@@ -89,6 +90,11 @@ class Samples:
         for first, last in self.runs:
             begins[first:last] = first
         return begins
+
+    @property
+    def seconds(self) -> float:
+        """Time of all runs together [s]."""
+        return sum(float(self.time[last - 1] - self.time[first]) for first, last in self.runs)
 
     @property
     def log_index(self) -> NDArray[np.int64]:
@@ -343,9 +349,8 @@ def _xyzw(wxyz: Floats) -> Floats:
     q: Floats = wxyz[:, [1, 2, 3, 0]]
     whole = np.isfinite(q).all(axis=1)
     q[~whole] = np.nan
+    # in place: fits are repeatable to the last digit in one order of memory alone
+    q[:] = one_sign(q)
     good = np.flatnonzero(whole)
-    if good.size:
-        dots = np.sum(q[good[1:]] * q[good[:-1]], axis=1)
-        sign = np.concatenate([[1.0], np.cumprod(np.where(dots < 0.0, -1.0, 1.0))])
-        q[good] *= (sign / np.linalg.norm(q[good], axis=1))[:, None]
+    q[good] *= (1.0 / np.linalg.norm(q[good], axis=1))[:, None]
     return q

@@ -102,7 +102,7 @@ def still_joints(log: Log, robot: RobotDescription | None, *, errors: float) -> 
     stated: Mapping[str, Any] = (log.meta.get("sensors") or {}).get("channels") or {}
     if robot is None or "joint_position" not in stated or not log.has("joint_position"):
         return {}
-    names = joint_order(log.meta, robot)
+    names = tuple(log.meta.get("joints") or robot.listed or robot.robot.joints)
     measured = log.channel("joint_position")
     if measured.shape[1] != len(names):
         return {}
@@ -134,8 +134,3 @@ def joints_at_rest(samples: Samples, sigma: float, *, quiet: float) -> frozenset
     if command.shape == measured.shape:
         still = [s and np.var(command[:, k]) <= level for k, s in enumerate(still)]
     return frozenset(k + 1 for k, s in enumerate(still) if s)
-
-
-def joint_order(meta: Mapping[str, Any], robot: RobotDescription) -> tuple[str, ...]:
-    """Names of the joints in the order of a log's columns: as it lists them, else as the URDF."""
-    return tuple(meta.get("joints") or robot.listed or robot.robot.joints)

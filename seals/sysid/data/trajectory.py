@@ -42,6 +42,22 @@ class Trajectory(TwinState):
         return cls(*(np.stack([s[i] for s in states], axis=1)[kept] for i in range(6)))
 
 
+def posture_readings(state: TwinState, level: float | None) -> dict[str, Floats]:
+    """Return what exact sensors of pose, velocity, depth and joints read, by channel.
+
+    Args:
+        state: of N instants.
+        level: of the water [m]; None for none.
+    """
+    return {
+        "position": state.position,
+        "orientation": state.quaternion,
+        "velocity": state.velocity,
+        "depth": (level or 0.0) - state.position[:, 2:3],
+        "joint_position": state.joints,
+    }
+
+
 def difference(above: TwinState, below: TwinState) -> Floats:
     """State errors of ``above`` against ``below``, shape (N, 12 + 2 J)."""
     back = below.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])

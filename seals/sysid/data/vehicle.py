@@ -120,7 +120,15 @@ def _vehicle_of(
     meta: Mapping[str, Any], robot: RobotDescription | None, still: Mapping[str, float]
 ) -> Vehicle:
     description = robot or described_by(meta) or describe_log(_part(meta, "vehicle"))
-    environment = _environment(_part(meta, "environment"))
+    around = _part(meta, "environment")
+    environment = EnvironmentSettings(
+        gravity=-float(around.get("gravity", [0.0, 0.0, -9.81])[2]),
+        air_density=float(around.get("air_density", 1.2)),
+        water_level=_maybe(around.get("water_level")),
+        tank_bottom=_maybe(around.get("tank_bottom")),
+        ground_level=_maybe(around.get("ground_level")),
+        water_density=float(around.get("water_density", FRESH_WATER)),
+    )
     model, acts, effects, written = _nominal(description, environment, meta, still)
     drives: list[Any] = [e for e in acts.values() if has_hook(e, "drives")]
     drives.sort(key=lambda e: e.first)
@@ -131,6 +139,7 @@ def _vehicle_of(
     imu = meta.get("sensors", {}).get("imu", {})
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
+    w, x, y, z = (float(c) for c in imu.get("orientation", [1.0, 0.0, 0.0, 0.0]))
     return Vehicle(
         robot=model,
         effects={**effects, **beside},
@@ -148,7 +157,7 @@ def _vehicle_of(
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
         gust_time=float(gust.get("correlation_time", 0.35)),
         imu_position=np.asarray(imu.get("position", [0.0, 0.0, 0.0]), dtype=float),
-        imu_turn=_turn(imu.get("orientation", [1.0, 0.0, 0.0, 0.0])),
+        imu_turn=matrix_of(np.array([[x, y, z, w]]))[0].T,
         initial_state=tuple(meta.get("initial_state", ())),
         sea=sea,
         # a run of SEALS states its step, and its commands act at the time of their row
@@ -212,25 +221,8 @@ def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return part
 
 
-def _environment(around: Mapping[str, Any]) -> EnvironmentSettings:
-    return EnvironmentSettings(
-        gravity=-float(around.get("gravity", [0.0, 0.0, -9.81])[2]),
-        air_density=float(around.get("air_density", 1.2)),
-        water_level=_maybe(around.get("water_level")),
-        tank_bottom=_maybe(around.get("tank_bottom")),
-        ground_level=_maybe(around.get("ground_level")),
-        water_density=float(around.get("water_density", FRESH_WATER)),
-    )
-
-
 def _maybe(value: Any) -> float | None:
     return None if value is None else float(value)
-
-
-def _turn(wxyz: Any) -> Floats:
-    w, x, y, z = (float(c) for c in wxyz)
-    turned: Floats = matrix_of(np.array([[x, y, z, w]]))[0].T
-    return turned
 
 
 def _merged(

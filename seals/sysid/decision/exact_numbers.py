@@ -13,7 +13,7 @@ from dataclasses import replace
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.decision.evidence import EvidenceAnswer
 from seals.sysid.decision.moved_numbers import MovedNumber
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel as Plant
 from seals.sysid.predictors.problem import Linearisation, Problem
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis

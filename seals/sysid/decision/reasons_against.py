@@ -21,8 +21,8 @@ from seals.effects.discrepancy import DragExponent
 from seals.effects.effect import Effect, MediumKind
 from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+from seals.sysid.predictors.extended_model import ExtendedModel as Plant
 from seals.sysid.predictors.linear_screen import candidate_keys
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import Problem, linearise_model, typical_speeds
 from seals.sysid.residual_force.conditions import conditions
 from seals.sysid.residual_force.evidence import evidence

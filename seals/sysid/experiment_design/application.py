@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from seals.errors import ConfigError
+from seals.config.compose import output_folder
+from seals.errors import ConfigError, refuse_absent
 from seals.frames import rotation_vector
 from seals.logs.atomic import atomic_path, write_json
-from seals.report.pictures import figure_class, log_scale
+from seals.report.pictures import dress, figure_class, log_scale
 from seals.report.style import AXES, CYCLE, MUTED
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.candidates.parameters import CandidateSet
@@ -35,8 +36,6 @@ def execute(config: Any) -> int:
         ConfigError: no log or no effects are given, or they do not go together.
         LogError: the log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
     answer = Answer() if config.diagnosis is None else load_answer(str(config.diagnosis))[1]
@@ -47,7 +46,7 @@ def execute(config: Any) -> int:
             "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
         )
     given = given_logs(config, places, noted=answer.without)
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     with progress("planning", STAGES + 2) as tell, trials():
         log, robot = given.read()
         problem = prepare(log, robot=robot)
@@ -64,13 +63,13 @@ def execute(config: Any) -> int:
     refuse_undefined("plan", [found.best.separation])
     words = [f"robot={robot_name(config)}"] if config.robot.folder else []
     command = shlex.join(["seals", "run", f"experiment={out / EXPERIMENT}", *words])
-    write_plan(found, out, given=given, meta=log.meta, command=command)
+    _write_plan(found, out, given=given, meta=log.meta, command=command)
     print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
     print(f"Next, to fly it in the simulator:\n  {command} out=ANOTHER_LOG")
     return 0
 
 
-def write_plan(
+def _write_plan(
     plan: Plan, out: Path, *, given: GivenLogs, meta: Mapping[str, Any], command: str
 ) -> None:
     """Write the plan's numbers, picture and experiment into a folder.
@@ -85,7 +84,6 @@ def write_plan(
     Raises:
         ConfigError: the folder cannot be made.
     """
-    from seals.sysid.experiment_design.application import write_pictures
     from seals.sysid.experiment_design.experiment import write_experiment
 
     make_folder(out)
@@ -94,16 +92,13 @@ def write_plan(
     write_experiment(
         out / EXPERIMENT, plan, meta, without=given.without if given.robot else (), command=command
     )
-    write_pictures(out / PICTURE, plan)
+    _write_pictures(out / PICTURE, plan)
 
 
 def _open_question(given: Answer, place: str) -> list[str]:
     """Return the effects that a diagnosis could not tell apart."""
-    if not given.verdict:
-        raise ConfigError(
-            "effects is not given.\nSay which: seals plan effects=[payload,thrust_coefficient]"
-            " log=FOLDER, or diagnosis=FOLDER"
-        )
+    command = "seals plan effects=[payload,thrust_coefficient] log=FOLDER, or diagnosis=FOLDER"
+    refuse_absent(given.verdict or None, "effects", command)
     if not given.ambiguous_with:
         raise ConfigError(
             f"diagnosis={place}: the verdict is '{given.verdict}', with nothing left open.\n"
@@ -136,7 +131,7 @@ def _known(
     return out
 
 
-def write_pictures(path: str | Path, plan: Plan) -> Path:
+def _write_pictures(path: str | Path, plan: Plan) -> Path:
     """Draw the planned trajectory, its speeds, and the expected separations as one PNG file.
 
     Raises:
@@ -174,7 +169,7 @@ def _places(axes: Any, plan: Plan) -> None:
     if plan.scene.level is not None:
         axes.axhline(plan.scene.level, color=MUTED, lw=0.8, ls="--")
     axes.set_title(f"'{plan.best.manoeuvre.name}': where to be", loc="left", fontsize=10)
-    _dress(axes, "time [s]", "place [m] (dotted: asked for)")
+    dress(axes, "time [s]", "place [m] (dotted: asked for)")
     axes.legend(fontsize=8, frameon=False, ncols=3)
 
 
@@ -201,7 +196,7 @@ def _heading(axes: Any, plan: Plan) -> None:
             label = "first joint [rad]" if first else None
             axes.plot(time, run.path.joints[:, 0], color=CYCLE[3], lw=1.0, label=label)
     axes.set_title("how fast", loc="left", fontsize=10)
-    _dress(axes, "time [s]", "")
+    dress(axes, "time [s]", "")
     axes.legend(fontsize=8, frameon=False)
 
 
@@ -226,19 +221,10 @@ def _bars(axes: Any, plan: Plan) -> None:
     what = " / ".join(plan.names) + (" / nothing" if len(plan.names) == 1 else "")
     axes.set_title(f"expected separation of {what}", loc="left", fontsize=10)
     label = "chi-square that the best wrong explanation leaves; green: confidence of 90 % or more"
-    _dress(axes, label, "")
+    dress(axes, label, "")
 
 
 def _runs(plan: Plan) -> tuple[Any, list[Any]]:
     flown, first = plan.run_of(plan.best)
     name = first.manoeuvre.name
     return flown, [r for r in flown.rehearsal.runs if r.manoeuvre.name == name]
-
-
-def _dress(axes: Any, x: str, y: str) -> None:
-    axes.set_xlabel(x, fontsize=9)
-    axes.set_ylabel(y, fontsize=9)
-    axes.tick_params(labelsize=8)
-    axes.grid(True, color="#e3e6e8", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)

@@ -17,7 +17,7 @@ from seals.frames import exponential, matrix_of, quaternion_of_rpy
 from seals.motion import Inputs
 from seals.run.hover_trim import carrying_speeds
 from seals.sysid.data.samples import Samples
-from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.trajectory import Trajectory, posture_readings
 from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.experiment_design.control import (
     ALL,
@@ -28,7 +28,7 @@ from seals.sysid.experiment_design.control import (
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre
 from seals.sysid.experiment_design.motions import Path
 from seals.sysid.experiment_design.scene import ARM, CROSSING, WATER, Scene
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Problem, transient_rows
 from seals.sysid.predictors.rollout import simulated_trajectory
 from seals.world.drivetrain import Response, response_of
@@ -78,7 +78,7 @@ class Rehearsal:
         runs: which rows belong to which manoeuvre.
     """
 
-    plant: Plant
+    plant: ExtendedModel
     trajectory: Trajectory
     runs: tuple[Run, ...]
 
@@ -139,7 +139,7 @@ def _flown(
     trajectory = Trajectory.joined(states[::thin], lengths)
     commands = np.concatenate([command[:n, k] for k, n in enumerate(lengths)])
     bends = np.concatenate([p.joints for p in flights])
-    plant = planned_plant(
+    plant = _planned_plant(
         problem,
         trajectory,
         lengths,
@@ -280,11 +280,11 @@ def _dropped(
     lengths = [rows] * len(jobs)
     none = np.zeros((rows * len(jobs), 0))
     nobody: dict[str, Any] = {"command": none, "joint_command": none, "voltage": None}
-    blank = planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
+    blank = _planned_plant(problem, None, lengths, step, vehicle=vehicle, **nobody)
     trajectory = simulated_trajectory(
         blank.samples, vehicle, parts=problem.plant.parts, plant=blank, values=values
     )
-    plant = planned_plant(problem, trajectory, lengths, step, vehicle=vehicle, **nobody)
+    plant = _planned_plant(problem, trajectory, lengths, step, vehicle=vehicle, **nobody)
     runs = [
         Run(manoeuvre=m, load=0.0, path=None, first=k * rows, last=(k + 1) * rows)
         for k, (m, _) in enumerate(jobs)
@@ -305,13 +305,13 @@ def _release(
     }
 
 
-class _Planned(Plant):
-    """Plant whose added inertia varies over the batch if one of its parameters does."""
+class _Planned(ExtendedModel):
+    """ExtendedModel whose added inertia varies over the batch if one of its parameters does."""
 
     def twin(
         self, values: Mapping[str, Any], batch: int, *, stiff: bool = True, over_steps: bool = False
     ) -> BatchDynamics:
-        """Batch dynamics of the stated model with changes, see `Plant.twin`."""
+        """Batch dynamics of the stated model with changes, see `ExtendedModel.twin`."""
         effects = self.candidate_set.effects
         arrays = {k.partition(".")[0] for k, v in values.items() if np.ndim(v)} & set(effects)
         moved = {n for n in arrays if has_hook(effects[n], "inertia")}
@@ -323,7 +323,7 @@ class _Planned(Plant):
         return super().twin({**values, **full}, batch, stiff=stiff, over_steps=over_steps)
 
 
-def planned_plant(
+def _planned_plant(
     problem: Problem,
     trajectory: Trajectory | None,
     lengths: Sequence[int],
@@ -333,7 +333,7 @@ def planned_plant(
     joint_command: Floats,
     voltage: Floats | None,
     vehicle: Vehicle | None = None,
-) -> Plant:
+) -> ExtendedModel:
     """Return the model of a vehicle along simulated flights, with the sensors of the log."""
     vehicle = problem.vehicle if vehicle is None else vehicle
     ends = np.cumsum(lengths)
@@ -375,13 +375,8 @@ def _channels(
 
     The inertial readings stay zero: separations are differences of predictions.
     """
-    level = problem.vehicle.environment.water_level or 0.0
     exact = {
-        "position": trajectory.position,
-        "orientation": trajectory.quaternion,
-        "velocity": trajectory.velocity,
-        "depth": level - trajectory.position[:, 2:3],
-        "joint_position": trajectory.joints,
+        **posture_readings(trajectory, problem.vehicle.environment.water_level),
         "angular_velocity": trajectory.angular_velocity,
         "specific_force": np.zeros((rows, 3)),
     }

@@ -67,7 +67,7 @@ def hover(scene: Scene, time: Floats) -> Path:
     return _path(scene, time)
 
 
-def two_speeds(scene: Scene, time: Floats) -> Path:
+def _two_speeds(scene: Scene, time: Floats) -> Path:
     """Forward slowly, backward fast, forward at medium speed."""
     far = min(5.0, 2.6 * scene.speed)
     # a smooth step is at most 1.875 times as fast as an even one
@@ -97,13 +97,13 @@ def steps(scene: Scene, time: Floats) -> Path:
     return _path(scene, time, x=x, y=y)
 
 
-def chirp(scene: Scene, time: Floats) -> Path:
+def _chirp(scene: Scene, time: Floats) -> Path:
     """Vertical motion with rising frequency."""
     low, high = _band(scene)
     return _path(scene, time, z=sweep(time, push=scene.lift, low=low, high=high, seconds=15.0))
 
 
-def sideways_chirp(scene: Scene, time: Floats) -> Path:
+def _sideways_chirp(scene: Scene, time: Floats) -> Path:
     """Motion along x and y with rising frequency."""
     low, high = _band(scene)
     x = sweep(time, push=0.8 * scene.push, low=low, high=0.6 * high, seconds=15.0)
@@ -115,7 +115,7 @@ def _band(scene: Scene) -> tuple[float, float]:
     return (0.35, 4.0) if scene.kind in _FLYING else (0.12, 1.0)
 
 
-def yaw_turn(scene: Scene, time: Floats) -> Path:
+def _yaw_turn(scene: Scene, time: Floats) -> Path:
     """Yaw in place, at the start and at a second position."""
     yaw = 2.0 * np.pi * (smooth(time, 1.0, 5.0) - smooth(time, 11.0, 5.0))
     return _path(scene, time, yaw=yaw, x=0.6 * scene.speed * smooth(time, 7.0, 4.0))
@@ -140,7 +140,7 @@ def heights(scene: Scene, time: Floats) -> Path:
     return _path(scene, time, z=z)
 
 
-def all_axes(scene: Scene, time: Floats) -> Path:
+def _all_axes(scene: Scene, time: Floats) -> Path:
     """Slow sines in all three axes and in the heading at once."""
     period, seconds = 4.5 * scene.slowness**0.7, 18.0
     room = {CROSSING: 2.6, ARM: 2.2}.get(scene.kind, 1.6)
@@ -164,7 +164,7 @@ def places(scene: Scene, time: Floats) -> Path:
     return _path(scene, time, x=x, y=y, yaw=visits(time, turn, stay=3.0, move=move))
 
 
-def dips(scene: Scene, time: Floats) -> Path:
+def _dips(scene: Scene, time: Floats) -> Path:
     """Dives through the water surface and back, slowly, then faster."""
     level = 0.0 if scene.level is None else scene.level
     up, down = scene.home[2], level - 0.55
@@ -188,7 +188,7 @@ _SWINGS = ((2.6, 0.0), (3.4, 1.0), (2.1, 2.0), (3.0, 3.0))
 """Period [s] and phase [rad] at which each joint of an arm swings."""
 
 
-def arm_swing(scene: Scene, time: Floats) -> Path:
+def _arm_swing(scene: Scene, time: Floats) -> Path:
     """Hover while the joints swing one after the other, quickly and slowly."""
     swing = np.zeros((len(time), len(scene.joints)))
     # further joints, those of fingers, stay
@@ -215,14 +215,14 @@ def _drops(name: str, words: str, *releases: tuple[float, float, float]) -> Mano
 LIBRARY = (
     _made(hover, "hover", 12.0, "hold place and heading"),
     _made(steps, "steps", 18.0, "quick steps ahead, sideways and back", _MOVING),
-    _made(two_speeds, "two speeds", 26.0, "straight on slowly, back fast, and once in between"),
+    _made(_two_speeds, "two speeds", 26.0, "straight on slowly, back fast, and once in between"),
     _made(heave, "heave", 14.0, "up and down as hard as is safe"),
-    _made(chirp, "vertical chirp", 15.0, "up and down, from slow and wide to quick and small"),
-    _made(sideways_chirp, "sideways chirp", 15.0, "to and fro, from slow and wide to quick"),
+    _made(_chirp, "vertical chirp", 15.0, "up and down, from slow and wide to quick and small"),
+    _made(_sideways_chirp, "sideways chirp", 15.0, "to and fro, from slow and wide to quick"),
     _made(circle, "circle", 20.0, "round and round with a fixed heading, ever faster"),
-    _made(yaw_turn, "yaw turn", 17.0, "a full turn on the spot, at two places"),
+    _made(_yaw_turn, "yaw turn", 17.0, "a full turn on the spot, at two places"),
     _made(places, "three places", 19.0, "hover at places some way apart, each with its heading"),
-    _made(all_axes, "all axes", 18.0, "slow waves in all axes and in the heading at once"),
+    _made(_all_axes, "all axes", 18.0, "slow waves in all axes and in the heading at once"),
     _made(
         heights,
         "climbs at three heights",
@@ -232,10 +232,14 @@ LIBRARY = (
     ),
     _made(heights, "three depths", 28.0, "hold near the surface, deeper, and deep", (WATER,)),
     _made(
-        dips, "dips", 23.0, "through the surface and out again, slowly and then faster", (CROSSING,)
+        _dips,
+        "dips",
+        23.0,
+        "through the surface and out again, slowly and then faster",
+        (CROSSING,),
     ),
     _made(under_water, "dive", 23.0, "dive and move about below the surface", (CROSSING,)),
-    _made(arm_swing, "arm swing", 17.0, "hover while the joints of the arm swing", (ARM,)),
+    _made(_arm_swing, "arm swing", 17.0, "hover while the joints of the arm swing", (ARM,)),
     _made(
         hover,
         "fresh and low battery",

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.sysid.candidates.vehicle import installed
+from seals.sysid.candidates.catalogue import installed
 from seals.sysid.experiment_design.flight import Rehearsal, Run
 from seals.sysid.experiment_design.manoeuvres import Manoeuvre, manoeuvres
 from seals.sysid.experiment_design.scene import Scene

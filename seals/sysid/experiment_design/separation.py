@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.least_squares import bounded_step
-from seals.sysid.candidates.parameters import Candidate, Parameter
+from seals.sysid.candidates.parameters import Candidate, Parameter, prior_widths
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
@@ -164,11 +164,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
     keys = (*tolerances, *(k for k in one.keys if k not in tolerances))
     use = [gram.keys.index(k) for k in keys]
     signal = len(gram.keys)
-    tolerance = np.array([parameters[k].tolerance for k in keys])
-    scale = np.array([parameters[k].scale for k in keys])
-    free = np.array([k in one.keys for k in keys])
-    plausible = np.maximum(scale, tolerance)
-    precision = 1.0 / np.where(free, WIDE * plausible, tolerance) ** 2
+    precision = 1.0 / prior_widths(parameters, keys, one.keys, WIDE) ** 2
     begin = np.array([float(one.values.get(k, 0.0)) for k in keys])
     bounds = np.array([parameters[k].bounds for k in keys])
     # what is left at the values about which the rival was made linear
@@ -186,7 +182,7 @@ def _fitted(gram: Gram, table: Floats, truth: int, model: int) -> tuple[float, f
     )
     cost = left - 2.0 * right @ step + step @ normal @ step
     cost += float(np.sum(precision * (begin + step) ** 2))
-    widths = np.where(free, plausible, tolerance)
+    widths = prior_widths(parameters, keys, one.keys, 1.0)
     scaled = normal * widths[:, None] * widths[None, :]
     occam_factor = float(np.linalg.slogdet(scaled + np.eye(len(keys)))[1])
     mark[use] -= step
@@ -209,10 +205,7 @@ def difference(
     """
     windows = gram.windows
     _, _, mark = _fitted(gram, table, *pair)
-    left = windows.leftover(gram.outputs @ mark)
-    channels = len(windows.channel_of)
-    inside = left[:, : windows.length * channels].reshape(windows.count, windows.length, channels)
-    square = inside[chosen] ** 2
+    square = windows.cells(windows.leftover(gram.outputs @ mark))[chosen] ** 2
     seen = windows.weight[chosen] > 0.0
     out = {}
     for name in dict.fromkeys(windows.channel_of):

@@ -24,6 +24,7 @@ from seals.registry import get
 from seals.run.hover_trim import carrying_speeds
 from seals.run.progress import progress
 from seals.sysid.data.robot_description import describe_robot
+from seals.sysid.data.trajectory import posture_readings
 from seals.sysid.data.vehicle import read_vehicle
 from seals.sysid.experiment_design.control import Course, controller_of, plant_of
 from seals.sysid.experiment_design.experiment import Experiment, read_experiment
@@ -161,7 +162,7 @@ def _fly(
     rows: int,
     parts: int,
     volts: float | None,
-) -> Track:
+) -> _Track:
     """Let the transients of a vehicle decay, then record rows in which it follows commands or none.
 
     Args:
@@ -202,10 +203,10 @@ def _fly(
             orders.append([np.zeros(0) if x is None else x[0] for x in given])
     seen.append(actor.body.read())
     commands, joints = (np.array(x) for x in zip(*orders, strict=True))
-    return Track(stacked(seen), commands, joints)
+    return _Track(stacked(seen), commands, joints)
 
 
-class Track(NamedTuple):
+class _Track(NamedTuple):
     """One simulated run.
 
     Args:
@@ -222,7 +223,7 @@ class Track(NamedTuple):
 def _measured(
     experiment: Experiment,
     model: Model,
-    track: Track,
+    track: _Track,
     *,
     parts: int,
     volts: float | None,
@@ -264,21 +265,16 @@ def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) ->
     return values + sigma * rng.standard_normal(values.shape)
 
 
-def _exact(experiment: Experiment, model: Model, track: Track, parts: int) -> dict[str, Floats]:
+def _exact(experiment: Experiment, model: Model, track: _Track, parts: int) -> dict[str, Floats]:
     """Return the readings without noise, one row for each row of the log."""
     vehicle, step = model.vehicle, experiment.step
     at, joints = np.arange(len(track.commands)) * parts, track.joints.shape[1]
-    gravity, level = vehicle.environment.gravity, vehicle.environment.water_level or 0.0
+    gravity = vehicle.environment.gravity
     now, felt = felt_at(track.seen, at, step / parts, gravity, straddle=not joints)
     spin, force, turn = np.split(
         reported(model, felt[None], 0, model.sensor_delay / step)[0], (3, 6), 1
     )
-    out = {
-        "angular_velocity": spin,
-        "specific_force": force,
-        "position": now.position,
-        "orientation": multiply(now.quaternion, exponential(turn)) if turn.size else now.quaternion,
-        "velocity": now.velocity,
-        "depth": level - now.position[:, 2:3],
-    }
-    return {**out, "joint_position": now.joints} if joints else out
+    if turn.size:
+        now = now._replace(quaternion=multiply(now.quaternion, exponential(turn)))
+    placed_at = posture_readings(now, vehicle.environment.water_level)
+    return {"angular_velocity": spin, "specific_force": force, **placed_at}

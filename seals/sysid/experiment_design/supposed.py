@@ -46,7 +46,7 @@ def _supposed(problem: Problem, name: str, known: Mapping[str, float] | None) ->
     candidate_set = problem.plant.candidate_set
     if fell > _FELT and is_significant(candidate, fit, candidate_set):
         return Supposed(candidate=candidate, values={k: fit.values[k] for k in candidate.all_keys})
-    return Supposed(candidate=candidate, values=plausible(problem, candidate))
+    return Supposed(candidate=candidate, values=_plausible(problem, candidate))
 
 
 def variants_of(candidate_set: CandidateSet, name: str) -> list[Candidate]:
@@ -89,7 +89,7 @@ def _fitted(problem: Problem, candidate: Candidate) -> tuple[Fit, float]:
     return best, nominal.cost - best.cost
 
 
-def plausible(problem: Problem, candidate: Candidate) -> dict[str, float]:
+def _plausible(problem: Problem, candidate: Candidate) -> dict[str, float]:
     """Return plausible parameter values of an effect."""
     parameters = problem.plant.candidate_set.parameters
     middle = problem.fitter.trajectory.position.mean(axis=0)

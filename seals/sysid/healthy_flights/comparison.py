@@ -179,8 +179,7 @@ class Reference:
 
     def parameters(self, name: str, changed: Changed) -> dict[str, Any]:
         """Return the estimate of the parameter of an explanation, as ``diagnosis.json`` has it."""
-        name = name.replace("slung_load", "payload")
-        one = next(one for one in self.known if one.name == name)
+        one = self._behind(name)
         if not one.sizes.size:
             return {}
         weight = np.exp(self._gains(one, changed.change) - self._gains(one, changed.change).max())
@@ -213,13 +212,17 @@ class Reference:
         left = change - one.changes @ self.modes.vectors.T
         return _gains(left, change, self.scatter.variance, self.scatter.degrees)
 
+    def _behind(self, name: str) -> Explanation:
+        """Return the explanation of a name; a slung load changes what a payload does."""
+        name = name.replace("slung_load", "payload")
+        return next(one for one in self.known if one.name == name)
+
     def _left(self, name: str, change: Floats) -> float:
         """Probability of what an explanation leaves, next to its best row.
 
         With many sessions the scatter is finer than the grid of sizes.
         """
-        name = name.replace("slung_load", "payload")
-        one = next(one for one in self.known if one.name == name)
+        one = self._behind(name)
         felt = one.changes @ self.modes.vectors.T
         best = int(np.argmax(self._gains(one, change)))
         near = _between(felt, best, change, np.sqrt(self.scatter.variance))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -37,36 +37,35 @@ class Blocks:
     own: Floats
     right: Floats
 
+    def each(self, change: Callable[..., Floats], *others: Blocks) -> Blocks:
+        """Return the result of a function of each of the three arrays, of others beside them."""
+        parts = zip(*((b.cross, b.own, b.right) for b in (self, *others)), strict=True)
+        cross, own, right = (change(*part) for part in parts)
+        return Blocks(cross=cross, own=own, right=right)
+
     def __add__(self, other: Blocks) -> Blocks:
         """Return the sum, as products of separate windows add."""
-        return Blocks(
-            cross=self.cross + other.cross, own=self.own + other.own, right=self.right + other.right
-        )
+        return self.each(np.add, other)
 
     def __getitem__(self, at: Any) -> Blocks:
         """Return some of the choices."""
-        return Blocks(cross=self.cross[at], own=self.own[at], right=self.right[at])
+        return self.each(lambda x: x[at])
 
     def less(self, other: Blocks) -> Blocks:
         """Return the difference."""
-        return self + replace(other, cross=-other.cross, own=-other.own, right=-other.right)
+        return self.each(np.subtract, other)
 
     def over(self, axis: int = 0) -> Blocks:
         """Return the sum over one leading axis."""
-        return Blocks(
-            cross=self.cross.sum(axis=axis),
-            own=self.own.sum(axis=axis),
-            right=self.right.sum(axis=axis),
-        )
+        return self.each(lambda x: x.sum(axis=axis))
 
     def before(self) -> Blocks:
         """Return the exclusive cumulative sums along the first axis."""
+        return self.each(lambda x: np.cumsum(x, axis=0) - x)
 
-        def sums(values: Floats) -> Floats:
-            out: Floats = np.cumsum(values, axis=0) - values
-            return out
-
-        return Blocks(cross=sums(self.cross), own=sums(self.own), right=sums(self.right))
+    def in_line(self) -> Blocks:
+        """Return the choices of two leading axes in one."""
+        return self.each(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,20 +150,11 @@ class ActivityEquations:
         """Products of an effect that begins at each window and offset, in one leading axis."""
         whole = self.on[windows, 0]
         after = whole.over()[None].less(whole.before()).less(whole)
-        return _line(self.on[windows] + after[:, None])
+        return (self.on[windows] + after[:, None]).in_line()
 
     def head(self, windows: NDArray[np.int64]) -> Blocks:
         """Products of an effect that ends at each window and offset, in one leading axis."""
-        return _line(self.off[windows] + self.on[windows, 0].before()[:, None])
-
-
-def _line(blocks: Blocks) -> Blocks:
-    count = blocks.cross.shape[0] * blocks.cross.shape[1]
-    return Blocks(
-        cross=blocks.cross.reshape(count, *blocks.cross.shape[2:]),
-        own=blocks.own.reshape(count, *blocks.own.shape[2:]),
-        right=blocks.right.reshape(count, -1),
-    )
+        return (self.off[windows] + self.on[windows, 0].before()[:, None]).in_line()
 
 
 def coarse_equations(
@@ -287,11 +277,7 @@ def _masked(
     )
     on = windows.whiten(windows.responses(many))
     size = len(columns.keys)
-    whole = Whitened(
-        outputs=np.tile(on.outputs[:, :, :size], len(offsets)),
-        absorbed=np.tile(on.absorbed[:, :, :size], len(offsets)),
-        cross=np.tile(on.cross[:, :, :size], len(offsets)),
-    )
+    whole = on.each(lambda x: np.tile(x[:, :, :size], len(offsets)))
     return on, whole.less(on)
 
 
@@ -300,22 +286,12 @@ def _blocks(columns: Whitened, others: Whitened, misfit: Whitened, offsets: int)
     count = columns.outputs.shape[0]
     cross, right = others.product(columns), columns.product(misfit)[:, :, 0]
     size = right.shape[1] // offsets
-    own = np.stack(
-        [
-            part.product(part)
-            for part in (_part(columns, slice(i * size, (i + 1) * size)) for i in range(offsets))
-        ],
-        axis=1,
-    )
+    parts = [
+        columns.each(lambda x, at=at: x[:, :, at : at + size])
+        for at in range(0, offsets * size, size)
+    ]
+    own = np.stack([part.product(part) for part in parts], axis=1)
     split = cross.reshape(count, cross.shape[1], offsets, size)
     return Blocks(
         cross=split.transpose(0, 2, 1, 3), own=own, right=right.reshape(count, offsets, size)
-    )
-
-
-def _part(columns: Whitened, which: slice) -> Whitened:
-    return Whitened(
-        outputs=columns.outputs[:, :, which],
-        absorbed=columns.absorbed[:, :, which],
-        cross=columns.cross[:, :, which],
     )

@@ -20,7 +20,7 @@ from seals.logs.log import Log
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.schema import Parameter as ParameterField
-from seals.sysid.candidates.experiment import candidate_set_of
+from seals.sysid.candidates.catalogue import candidates_of_runs
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
 from seals.sysid.decision.policy import DecisionPolicy
 
@@ -117,7 +117,7 @@ def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
     effects = {**settings.effects, **settings.actuators}
     settings = replace(settings, compare=finer, effects=effects)
     robot = build_robot(settings.robot)
-    candidate_set = candidate_set_of(settings, robot)
+    candidate_set = candidates_of_runs(settings, robot)
     cases = _trained(cases_of(settings)(logs, settings, robot))
     whole = _experiment(settings, robot, candidate_set, cases)
     kept, unobservable = _observable(whole)
@@ -282,12 +282,10 @@ class RunFitter(CaseFitter):
         """Residuals of the fitted channels of one run; correlated samples are weighted down."""
         return self.experiment.weighted(case, predicted)
 
-    def step(self, key: int, value: float) -> float:
-        """Finite difference of a key, away from its upper bound."""
-        step = _SHARE * self.scale[key]
-        if self.experiment.names[key].endswith(".delay"):
-            step = max(step, _TICK)
-        return float(-step if value + step > self.bounds[key, 1] else step)
+    def nudge(self, key: int) -> float:
+        """Size of the finite difference of a key."""
+        step = float(_SHARE * self.scale[key])
+        return max(step, _TICK) if self.experiment.names[key].endswith(".delay") else step
 
     def reach(self, task: FitTask) -> Floats:
         """Longest step of every unknown.

@@ -10,15 +10,14 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.batch import Rates, TwinState
-from seals.frames import matrix_of
+from seals.frames import matrix_of, skew_last
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.predictors.plant import Plant, Values, nonzero
+from seals.sysid.predictors.extended_model import ExtendedModel, Values, nonzero
 from seals.sysid.predictors.sensor_readings import (
     add_centripetal,
     as_simulated,
     at_sensor,
     delayed,
-    skew,
 )
 from seals.sysid.predictors.trajectory_cache import (
     ExpansionPoint,
@@ -114,7 +113,7 @@ class Columns:
 
 
 def predict(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     values: Mapping[str, float],
     *,
@@ -160,7 +159,7 @@ def predict(
 
 
 def dynamics_along(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     values: Mapping[str, float],
     *,
@@ -236,7 +235,7 @@ def _times(matrices: Floats, rows: Floats) -> Floats:
     return out
 
 
-def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
+def _places(plant: ExtendedModel, used: Mapping[str, float]) -> tuple[int, ...]:
     """Position components on which accelerations depend."""
     acting = {*plant.vehicle.effects, *(k.partition(".")[0] for k in used)}
     laws = [type(plant.candidate_set.effects[n]) for n in acting & set(plant.candidate_set.effects)]
@@ -252,7 +251,7 @@ def _places(plant: Plant, used: Mapping[str, float]) -> tuple[int, ...]:
 
 
 def columns_along(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     values: Mapping[str, float],
     keys: Sequence[str],
@@ -310,7 +309,7 @@ def _sensed(
     return out
 
 
-def _reading_change(plant: Plant, change: Floats) -> Floats:
+def _reading_change(plant: ExtendedModel, change: Floats) -> Floats:
     """Change of the readings by accelerations and specific force, shape (T, 6 or 9)."""
     out = np.zeros((len(change), plant.reading_size))
     out[:, 3:6] = at_sensor(plant.vehicle, change)
@@ -417,15 +416,15 @@ def _wrench_columns(cache: TrajectoryCache, used: Mapping[str, float]) -> tuple[
 def _kinematics(state_matrix: Floats, trajectory: Trajectory) -> None:
     """Fill in the kinematic rows: position and attitude by the other state errors."""
     rotation, joints = matrix_of(trajectory.quaternion), trajectory.joints.shape[1]
-    state_matrix[:, :3, 3:6] = -np.matmul(rotation, skew(trajectory.velocity))
+    state_matrix[:, :3, 3:6] = -np.matmul(rotation, skew_last(trajectory.velocity))
     state_matrix[:, :3, 6:9] = rotation
-    state_matrix[:, 3:6, 3:6] = -skew(trajectory.angular_velocity)
+    state_matrix[:, 3:6, 3:6] = -skew_last(trajectory.angular_velocity)
     state_matrix[:, 3:6, 9:12] = np.eye(3)
     for k in range(joints):
         state_matrix[:, 12 + k, 12 + joints + k] = 1.0
 
 
-def read_rows(plant: Plant, state: TwinState, rates: Rates, values: Values) -> Floats:
+def read_rows(plant: ExtendedModel, state: TwinState, rates: Rates, values: Values) -> Floats:
     """Return readings as rows: both inertial sensors, and the turn of the pose if there is one.
 
     Shape (N, 6 or 9) [rad/s, m/s^2, rad].
@@ -449,7 +448,7 @@ class ReleasableDynamics:
 
     def __init__(
         self,
-        plant: Plant,
+        plant: ExtendedModel,
         trajectory: Trajectory,
         at: Mapping[str, float],
         cache: TrajectoryCache,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,20 @@ class Fit:
     error: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def at(self) -> Floats:
+        """Values of the keys, shape (p,)."""
+        return np.array([self.values[k] for k in self.keys])
+
+    def system(self, windows: Any = slice(None)) -> tuple[Floats, Floats]:
+        """Return matrix and right side of the step from the present values, priors included.
+
+        Args:
+            windows: that count; all when left out.
+        """
+        matrix = self.normal[windows].sum(axis=0) + np.diag(self.precision)
+        return matrix, self.right[windows].sum(axis=0) - self.precision * (self.at - self.centre)
+
+    @property
     def covariance(self) -> Floats:
         """Posterior covariance of the keys, shape (p, p); NaN where the equations hold NaN."""
         return posterior_covariance(self.normal.sum(axis=0), self.precision)
@@ -67,7 +82,7 @@ class Fit:
         """
         own = [self.keys.index(k) for k in keys]
         rest = [i for i in range(len(self.keys)) if i not in own]
-        whole = self.normal.sum(axis=0) + np.diag(self.precision)
+        whole, _ = self.system()
         cross = whole[np.ix_(rest, own)]
         at = np.array([self.values[k] for k in keys])
         block = self.normal.sum(axis=0)[np.ix_(own, own)]
@@ -86,7 +101,7 @@ class Fit:
     def _scatter(self, key: str) -> float:
         """1-sigma of one parameter by noise, or by the windows where they scatter more."""
         k = self.keys.index(key)
-        return float(np.sqrt(max(self.covariance[k, k], sandwich_covariance(self)[k, k])))
+        return float(np.sqrt(max(self.covariance[k, k], _sandwich_covariance(self)[k, k])))
 
     def joint_covariance(self, keys: Sequence[str], spreads: Sequence[float]) -> Floats:
         """Return the covariance of some parameters that are reported with wider intervals.
@@ -151,7 +166,7 @@ def posterior_covariance(information: Floats, precision: Floats) -> Floats:
     return covariance
 
 
-def sandwich_covariance(fit: Fit) -> Floats:
+def _sandwich_covariance(fit: Fit) -> Floats:
     """Compute the sandwich covariance of a fit from the scatter between its windows.
 
     Equation:
@@ -179,7 +194,7 @@ def sandwich_covariance(fit: Fit) -> Floats:
         ...     centre=np.zeros(1),
         ...     penalty=0.0,
         ... )
-        >>> sandwich_covariance(fit)
+        >>> _sandwich_covariance(fit)
         array([[9.]])
     """
     count = len(fit.right)
@@ -204,16 +219,14 @@ def newton_step(fit: Fit, bounds: tuple[Floats, Floats] | None = None) -> tuple[
     Returns:
         The step, shape (p,), and the fall.
     """
-    at = np.array([fit.values[k] for k in fit.keys])
-    matrix = fit.normal.sum(axis=0) + np.diag(fit.precision)
-    gradient = fit.right.sum(axis=0) - fit.precision * (at - fit.centre)
+    matrix, gradient = fit.system()
     if bounds is None:
         step = solve_scaled(matrix, gradient)
         if not step @ gradient >= 0.0:
             # an indefinite matrix leads uphill, or nowhere: the step of its positive part
             step = fit.covariance @ gradient
         return step, float(step @ gradient)
-    step = bounded_step(matrix, gradient, bounds[0] - at, bounds[1] - at)
+    step = bounded_step(matrix, gradient, bounds[0] - fit.at, bounds[1] - fit.at)
     return step, float(step @ (2.0 * gradient - matrix @ step))
 
 
@@ -221,8 +234,6 @@ def reserve(fit: Fit, frozen: Sequence[int]) -> float:
     """Predict to first order the decrease of the cost by a step of some keys alone."""
     if not frozen:
         return 0.0
-    at = np.array([fit.values[fit.keys[i]] for i in frozen])
-    precision = fit.precision[frozen]
-    matrix = fit.normal.sum(axis=0)[np.ix_(frozen, frozen)] + np.diag(precision)
-    gradient = fit.right.sum(axis=0)[frozen] - precision * (at - fit.centre[frozen])
-    return float(gradient @ solve_scaled(matrix, gradient))
+    matrix, gradient = fit.system()
+    right = gradient[frozen]
+    return float(right @ solve_scaled(matrix[np.ix_(frozen, frozen)], right))

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.frames import conjugate, exponential, multiply, rotation_vector
 from seals.logs.log import Log
+from seals.sysid.candidates.catalogue import candidate_set_of
 from seals.sysid.candidates.parameters import CandidateSet
-from seals.sysid.candidates.vehicle import candidate_set_of
 from seals.sysid.data.contact import contact_free
 from seals.sysid.data.decimation import decimated
 from seals.sysid.data.robot_description import RobotDescription, described_by
@@ -23,17 +23,17 @@ from seals.sysid.data.supply import typical_shortfall
 from seals.sysid.data.trajectory import Trajectory, difference, measured_trajectory
 from seals.sysid.data.vehicle import Vehicle, read_vehicle
 from seals.sysid.decision.policy import DecisionPolicy, SearchBudget
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linearise import (
     Dynamics,
     ReleasableDynamics,
     dynamics_along,
     predict,
 )
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.rollout import simulated_trajectory, start_sigma, start_states
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
-from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows import WHOLE, Windows
 from seals.sysid.predictors.windows_fit import Fitter
 
 LATE = 3e-3
@@ -73,7 +73,7 @@ class Problem:
 
     vehicle: Vehicle
     samples: Samples
-    plant: Plant
+    plant: ExtendedModel
     fitter: Fitter
 
     @property
@@ -138,7 +138,7 @@ def prepare(
     candidate_set = candidate_set.without(
         c for c in candidate_set.candidates if c.in_arm and c.variant.get("joint") in rest
     )
-    plant = Plant(vehicle, candidate_set, samples, parts=parts)
+    plant = ExtendedModel(vehicle, candidate_set, samples, parts=parts)
     fitter = linearise_model(plant, trajectory, {})
     if samples.posed:
         trajectory = refined(plant, trajectory, window=WINDOW)
@@ -164,7 +164,7 @@ def _parts(vehicle: Vehicle, samples: Samples) -> int:
 
 
 def linearise_model(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     at: Mapping[str, float],
     *,
@@ -195,7 +195,7 @@ class Linearisation:
         """Return the linearisation of a fitter made by `linearise_model`."""
         return cls(trajectory=fitter.trajectory, at=fitter.at, gusts=fitter.windows.gusts)
 
-    def fitter(self, plant: Plant, *, window: float = WINDOW) -> Fitter:
+    def fitter(self, plant: ExtendedModel, *, window: float = WINDOW) -> Fitter:
         """Build the fitter for a plant; what it needs is computed where it is used.
 
         Args:
@@ -213,7 +213,7 @@ class Linearisation:
 
 
 def windows_of(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     dynamics: Dynamics | ReleasableDynamics,
     *,
@@ -238,10 +238,9 @@ def windows_of(
         plant.vehicle,
         trajectory,
         dynamics,
-        length=window if posed else 1e6,
+        length=window if posed else WHOLE,
         gusts=gusts,
-        extra=None if surface_error is None else surface_error.push,
-        blur=None if surface_error is None else surface_error.blur,
+        surface_error=surface_error,
         knot=None if surface_error is None else max(surface_error.knot, 1.5 * plant.samples.step),
         stated=None if posed else stated_starts(plant, trajectory),
         skip=transient_rows(plant),
@@ -322,7 +321,7 @@ class _Step:
         return linearise_model(self.fitter.plant, trajectory, self.values, gusts=gusts)
 
 
-def transient_rows(plant: Plant) -> int:
+def transient_rows(plant: ExtendedModel) -> int:
     """Return the number of rows until the actuators' unknown start state has decayed.
 
     The time constants may be longer than stated by the scale of a change that may be missing.
@@ -342,7 +341,7 @@ def typical_speeds(trajectory: Trajectory) -> Floats:
 
 
 def refined(
-    plant: Plant,
+    plant: ExtendedModel,
     trajectory: Trajectory,
     *,
     window: float = WINDOW,
@@ -387,7 +386,7 @@ def refined(
 
 
 def _astray(
-    plant: Plant,
+    plant: ExtendedModel,
     values: Mapping[str, float],
     before: Trajectory,
     after: Trajectory,
@@ -436,7 +435,7 @@ def _stretches(values: Floats, count: int) -> Floats:
     return out
 
 
-def stated_starts(plant: Plant, trajectory: Trajectory) -> tuple[Floats, Floats]:
+def stated_starts(plant: ExtendedModel, trajectory: Trajectory) -> tuple[Floats, Floats]:
     """Return stated less estimated start states, shape (runs, 12), and their 1-sigma (12,)."""
     vehicle, runs = plant.vehicle, plant.samples.runs
     stated = start_states(vehicle.initial_state[: len(runs)])

@@ -14,7 +14,7 @@ from seals.frames import normalised
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.plant import Plant, nonzero
+from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
 
 
 def simulated_trajectory(
@@ -22,7 +22,7 @@ def simulated_trajectory(
     vehicle: Vehicle,
     *,
     parts: int,
-    plant: Plant | None = None,
+    plant: ExtendedModel | None = None,
     values: Mapping[str, float] | None = None,
 ) -> Trajectory:
     """Simulate every run from its stated start.
@@ -46,7 +46,7 @@ def simulated_trajectory(
         from seals.sysid.candidates.parameters import CandidateSet
 
         bare = CandidateSet(effects=dict(vehicle.effects), parameters={}, candidates=())
-        plant = Plant(vehicle, bare, samples, parts=parts)
+        plant = ExtendedModel(vehicle, bare, samples, parts=parts)
     used = nonzero(values or {})
     lengths = [last - first for first, last in samples.runs]
     firsts = np.array([first for first, _ in samples.runs])

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Floats
+from seals.frames import skew_last
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 
 
 def at_sensor(vehicle: Vehicle, change: Floats) -> Floats:
@@ -42,18 +43,9 @@ def add_centripetal(output_matrix: Floats, vehicle: Vehicle, spin: Floats) -> No
     arm = vehicle.imu_position
     if not np.any(arm):
         return
-    across = skew(np.broadcast_to(arm, spin.shape))
-    change = -skew(np.cross(spin, arm)) - np.matmul(skew(spin), across)
+    across = skew_last(np.broadcast_to(arm, spin.shape))
+    change = -skew_last(np.cross(spin, arm)) - np.matmul(skew_last(spin), across)
     output_matrix[:, :, 9:12] += np.matmul(vehicle.imu_turn, change)
-
-
-def skew(vector: Floats) -> Floats:
-    """Return S with S b = a x b for every row a, shape (T, 3, 3)."""
-    out = np.zeros((len(vector), 3, 3))
-    x, y, z = vector.T
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -z, y, -x
-    out[:, 1, 0], out[:, 2, 0], out[:, 2, 1] = z, -y, x
-    return out
 
 
 def as_simulated(
@@ -86,7 +78,7 @@ def as_simulated(
     return np.concatenate([reading[:, :3] - late, before[:, 3:]], axis=1)
 
 
-def delayed(plant: Plant, reading: Floats, delay: float, order: int = 0) -> Floats:
+def delayed(plant: ExtendedModel, reading: Floats, delay: float, order: int = 0) -> Floats:
     """Delay readings, run by run; or return a time derivative of them.
 
     Cubic pieces with the slopes of central differences: straight ones would weigh the noise of the

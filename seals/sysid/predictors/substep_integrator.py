@@ -12,6 +12,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory, difference
+from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
 from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
@@ -20,7 +21,6 @@ from seals.sysid.predictors.linearise import (
     dynamics_along,
     read_rows,
 )
-from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint
 from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows import Windows
@@ -49,9 +49,9 @@ class SubstepIntegrator:
         plant: extended model without actuators; its parts say how finely.
     """
 
-    def __init__(self, plant: Plant) -> None:
+    def __init__(self, plant: ExtendedModel) -> None:
         self.plant, self.parts = plant, plant.parts
-        self.fine = Plant(
+        self.fine = ExtendedModel(
             plant.vehicle, plant.candidate_set, finer(plant.samples, self.parts), parts=1
         )
 

@@ -12,7 +12,7 @@ from seals.frames import matrix_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 
 _LIFT = 0.03
 """Error of the lift while the hull is partly wet, as a share of the full lift."""
@@ -48,7 +48,7 @@ class SurfaceModelError:
         return _CALM if self.floats else _QUICK
 
 
-def surface_model_error(plant: Plant, trajectory: Trajectory) -> SurfaceModelError | None:
+def surface_model_error(plant: ExtendedModel, trajectory: Trajectory) -> SurfaceModelError | None:
     """Estimate the model error along a trajectory; None when the hull never pierces the surface."""
     vehicle = plant.vehicle
     hull = vehicle.hull
@@ -98,7 +98,7 @@ def _ripple(vehicle: Vehicle, area: float) -> Floats:
     return np.repeat([force, 0.5 * force * side], 3)
 
 
-def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
+def _sudden(plant: ExtendedModel, trajectory: Trajectory, lift: Floats) -> Floats:
     """Measured specific force without the lift, as a force [N], shape (T,).
 
     On a vehicle that drives itself the thrust hides an impact, and is known: nothing. Nothing
@@ -108,7 +108,7 @@ def _sudden(plant: Plant, trajectory: Trajectory, lift: Floats) -> Floats:
     if "specific_force" not in samples.channels or not enters(plant, trajectory):
         return np.zeros(samples.rows)
     up = matrix_of(trajectory.quaternion)[:, 2, :]
-    felt = filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
+    felt = _filled(samples, "specific_force") @ vehicle.imu_turn * vehicle.mass
     beside: Floats = np.linalg.norm(felt - up * lift[:, None], axis=1)
     return beside
 
@@ -119,7 +119,7 @@ def _widest(values: Floats) -> Floats:
     return np.maximum(values, beside)
 
 
-def filled(samples: Samples, name: str) -> Floats:
+def _filled(samples: Samples, name: str) -> Floats:
     """Return a channel with lost samples interpolated linearly."""
     values: Floats = samples.channels[name].copy()
     for first, last in samples.runs:
@@ -130,7 +130,7 @@ def filled(samples: Samples, name: str) -> Floats:
     return values
 
 
-def enters(plant: Plant, trajectory: Trajectory) -> bool:
+def enters(plant: ExtendedModel, trajectory: Trajectory) -> bool:
     """Return true if a vehicle without actuators falls into water rather than floats."""
     if not plant.vehicle.has_water or len(plant.vehicle.lag):
         return False
@@ -138,7 +138,7 @@ def enters(plant: Plant, trajectory: Trajectory) -> bool:
     return bool((share < _DRY).any() and (share > _DRY).any())
 
 
-def submersion(plant: Plant, trajectory: Trajectory) -> Floats:
+def submersion(plant: ExtendedModel, trajectory: Trajectory) -> Floats:
     """Submerged share of the hull along a trajectory, shape (T,)."""
     rows = plant.samples.rows
     state, time = trajectory.state(np.arange(rows)), plant.samples.clock[:, None]

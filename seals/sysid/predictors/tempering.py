@@ -44,8 +44,7 @@ def tempered(fit: Fit, factor: float) -> Fit:
         factor: on the prior precision of all keys that are not free.
     """
     precision = fit.precision * np.array([1.0 if k in fit.free else factor for k in fit.keys])
-    off = np.array([fit.values[k] for k in fit.keys]) - fit.centre
-    penalty = float(np.sum(precision * off**2))
+    penalty = float(np.sum(precision * (fit.at - fit.centre) ** 2))
     cost = fit.cost - fit.penalty + penalty
     return replace(fit, precision=precision, penalty=penalty, cost=cost)
 

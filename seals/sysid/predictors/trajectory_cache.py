@@ -20,7 +20,7 @@ from seals.effects.hooks import Hook
 from seals.motion import Inputs
 from seals.sysid.candidates.activity import ACTIVE
 from seals.sysid.data.trajectory import Trajectory, difference
-from seals.sysid.predictors.plant import Held, Plant, nonzero
+from seals.sysid.predictors.extended_model import ExtendedModel, Held, nonzero
 
 _DRIVING: tuple[Hook, ...] = ("drives", "actuation", "drive_loads")
 """Hooks of effects that act on each other through the thrust."""
@@ -53,13 +53,13 @@ class TrajectoryCache:
         trajectory: states at every row of its log.
     """
 
-    def __init__(self, plant: Plant, trajectory: Trajectory) -> None:
+    def __init__(self, plant: ExtendedModel, trajectory: Trajectory) -> None:
         self.plant, self.trajectory = plant, trajectory
         self.rows = np.arange(plant.samples.rows)
         self.state: TwinState = trajectory.state(self.rows)
         self.time: Floats = plant.samples.clock[:, None]
         # shared by the plants in which effects act for a time: each has many models, one at a time
-        self._responses: dict[tuple[Plant, Any], Response] = {}
+        self._responses: dict[tuple[ExtendedModel, Any], Response] = {}
         self._expansion_points: dict[Any, ExpansionPoint] = {}
         self._sensor_rates: dict[Any, Rates] = {}
         self._parts: dict[frozenset[str], EffectSet] = {}
@@ -75,7 +75,7 @@ class TrajectoryCache:
         for kept in (self._responses, self._expansion_points, self._sensor_rates):
             kept.clear()
 
-    def acting(self, plant: Plant) -> TrajectoryCache:
+    def acting(self, plant: ExtendedModel) -> TrajectoryCache:
         """Return the cache of the same plant with other active times of effects."""
         other = copy.copy(self)
         other.plant, other._sensor_rates = plant, {}

@@ -16,7 +16,7 @@ from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import IMU
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.parallel import spread
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.rollout import start_sigma, start_states
 
 COUNT = 140
@@ -47,7 +47,7 @@ class Trial:
     kind: int
 
 
-def trials(plant: Plant, *, leave: Sequence[str]) -> list[Trial]:
+def trials(plant: ExtendedModel, *, leave: Sequence[str]) -> list[Trial]:
     """Draw random parameter values and start states, with one effect or none.
 
     When a hull comes up again hangs on all of them.
@@ -98,7 +98,7 @@ def _silent(candidate_set: CandidateSet, key: str) -> bool:
     return effect is None or any(has_hook(effect, h) for h in ("measure", "pose_turn", "timing"))
 
 
-def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
+def _mutated(plant: ExtendedModel, about: Sequence[Trial]) -> list[Trial]:
     """Draw trials in the neighbourhood of others.
 
     Args:
@@ -122,7 +122,7 @@ def mutated(plant: Plant, about: Sequence[Trial]) -> list[Trial]:
 
 
 def nearest_trajectories(
-    plant: Plant, *, leave: Sequence[str], ranks: Sequence[int] = (0,), processes: int = 1
+    plant: ExtendedModel, *, leave: Sequence[str], ranks: Sequence[int] = (0,), processes: int = 1
 ) -> list[Trajectory]:
     """Simulate many trials of all runs; keep for each run the trajectories near its readings.
 
@@ -144,7 +144,10 @@ def nearest_trajectories(
     chosen = trials(plant, leave=leave)
     misfit, tracks = run(chosen)
     for _ in range(_GENERATIONS):
-        more = mutated(plant, parents(chosen, misfit))
+        best: dict[int, Trial] = {}
+        for k in np.argsort(misfit.sum(axis=1)):
+            best.setdefault(chosen[k].kind, chosen[k])
+        more = _mutated(plant, list(best.values())[:_PARENTS])
         found = run(more)
         chosen = [*chosen, *more]
         misfit = np.concatenate([misfit, found[0]])
@@ -153,22 +156,14 @@ def nearest_trajectories(
     return [_course(plant, tracks, order[rank]) for rank in ranks]
 
 
-def _course(plant: Plant, tracks: Sequence[Floats], taken: Any) -> Trajectory:
+def _course(plant: ExtendedModel, tracks: Sequence[Floats], taken: Any) -> Trajectory:
     """Join one trajectory from the trial chosen for each run."""
     runs = enumerate(plant.samples.runs)
     rows = [(taken[r], r, slice(b - a)) for r, (a, b) in runs]
     return Trajectory(*(np.concatenate([track[part] for part in rows]) for track in tracks))
 
 
-def parents(chosen: Sequence[Trial], misfit: Floats) -> list[Trial]:
-    """Return the nearest trial of each effect, best first."""
-    best: dict[int, Trial] = {}
-    for k in np.argsort(misfit.sum(axis=1)):
-        best.setdefault(chosen[k].kind, chosen[k])
-    return list(best.values())[:_PARENTS]
-
-
-def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
+def simulated(plant: ExtendedModel, chosen: Sequence[Trial]) -> tuple[Floats, list[Floats]]:
     """Simulate trials; return distances to the readings (trials, runs) and all states."""
     samples, runs, count = plant.samples, plant.samples.runs, len(chosen)
     keys = dict.fromkeys(k for trial in chosen for k in trial.values)
@@ -189,14 +184,14 @@ def simulated(plant: Plant, chosen: Sequence[Trial]) -> tuple[Floats, list[Float
     return _misfit(plant, np.stack(readings, axis=1), count), tracks
 
 
-def _starts(plant: Plant, chosen: Sequence[Trial]) -> TwinState:
+def _starts(plant: ExtendedModel, chosen: Sequence[Trial]) -> TwinState:
     """Start states of all runs in all trials."""
     stated = start_states(plant.vehicle.initial_state[: len(plant.samples.runs)])
     tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
     return Trajectory(*tiled).moved(np.concatenate([t.start for t in chosen])).state(slice(None))
 
 
-def _misfit(plant: Plant, readings: Floats, count: int) -> Floats:
+def _misfit(plant: ExtendedModel, readings: Floats, count: int) -> Floats:
     """Distance of simulated readings from the measured ones, shape (choices, runs).
 
     Logarithms of the distance: an impact a little early must not outweigh all the rest.

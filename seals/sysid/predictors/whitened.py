@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -50,21 +51,19 @@ class Whitened:
     absorbed: Floats
     cross: Floats
 
+    def each(self, change: Callable[..., Floats], *others: Whitened) -> Whitened:
+        """Return the result of a function of each of the three arrays, of others beside them."""
+        parts = zip(*((w.outputs, w.absorbed, w.cross) for w in (self, *others)), strict=True)
+        outputs, absorbed, cross = (change(*part) for part in parts)
+        return Whitened(outputs=outputs, absorbed=absorbed, cross=cross)
+
     def beside(self, other: Whitened) -> Whitened:
         """Return the columns of both side by side."""
-        return Whitened(
-            outputs=np.concatenate([self.outputs, other.outputs], axis=2),
-            absorbed=np.concatenate([self.absorbed, other.absorbed], axis=2),
-            cross=np.concatenate([self.cross, other.cross], axis=2),
-        )
+        return self.each(lambda *both: np.concatenate(both, axis=2), other)
 
     def less(self, other: Whitened) -> Whitened:
         """Return the difference column by column."""
-        return Whitened(
-            outputs=self.outputs - other.outputs,
-            absorbed=self.absorbed - other.absorbed,
-            cross=self.cross - other.cross,
-        )
+        return self.each(np.subtract, other)
 
     def product(self, other: Whitened) -> Floats:
         """Marginalised inner products with other outputs, shape (W, c, c')."""

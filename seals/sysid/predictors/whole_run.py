@@ -15,10 +15,8 @@ from seals.sysid.predictors.normal_equations import Fit, newton_step
 from seals.sysid.predictors.problem import stated_starts, transient_rows
 from seals.sysid.predictors.substep_integrator import SubstepFitter, SubstepIntegrator
 from seals.sysid.predictors.surface_model_error import SurfaceModelError
-from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows import WHOLE, Windows
 
-WHOLE = 1e6
-"""Length of the windows that take whole runs, from their stated starts [s]."""
 _KNOT = 0.05
 """Spacing of the knots of the disturbance [s]."""
 _REACH = np.repeat([0.06, 0.1, 0.4, 1.0], 3)
@@ -80,8 +78,7 @@ def linearise_about(
         rows,
         length=disturbance.length,
         gusts=disturbance.gusts,
-        extra=None if surface_error is None else surface_error.push,
-        blur=None if surface_error is None else surface_error.blur,
+        surface_error=surface_error,
         knot=max(_KNOT, 1.5 * plant.samples.step),
         stated=stated_starts(plant, trajectory) if disturbance.length == WHOLE else None,
         skip=transient_rows(plant),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from seals.arrays import Floats
 from seals.errors import LogError
 from seals.frames import multiply, rotation_vector
+from seals.least_squares import factors_scaled
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.data.vehicle import Vehicle
@@ -23,8 +24,11 @@ from seals.sysid.predictors.linearise import (
     ReleasableDynamics,
     dynamics_of,
 )
+from seals.sysid.predictors.surface_model_error import SurfaceModelError
 from seals.sysid.predictors.whitened import Marginal, Weights, Whitened
 
+WHOLE = 1e6
+"""Length of the windows that take whole runs, from their stated starts [s]."""
 _KNOT = 0.35
 """Spacing of the knots of the gusts in correlation times."""
 BLOCK = 32
@@ -45,8 +49,7 @@ class Windows:
         dynamics: derivatives along the trajectory.
         length: of a window [s].
         gusts: factor on the vehicle's stated level of unmodelled force and torque.
-        extra: standard deviation of further short pushes at every row [N, N m], shape (T, 6).
-        blur: standard deviation of further errors of the specific force [m/s^2], shape (T,).
+        surface_error: of the model at the surface of water; None for none.
         stated: start states of the runs against the trajectory and their 1-sigma, (runs, n) and
             (n,), when every run is one window; None leaves the start states free.
         skip: rows left out at the start of every run.
@@ -69,8 +72,7 @@ class Windows:
         *,
         length: float,
         gusts: float,
-        extra: Floats | None = None,
-        blur: Floats | None = None,
+        surface_error: SurfaceModelError | None = None,
         stated: tuple[Floats, Floats] | None = None,
         skip: int = 0,
         bias: tuple[float, float] | None = None,
@@ -85,9 +87,23 @@ class Windows:
         self.along, self.size = dynamics, trajectory.size
         self.rows = window_rows(samples, length, skip)
         self.count, self.length = self.rows.shape
-        self._reference(blur)
-        self.gusts, self._extra = gusts, extra
-        self._gusts(gusts * vehicle.gust, extra)
+        self._reference(None if surface_error is None else surface_error.blur)
+        self.gusts, self._extra = gusts, None if surface_error is None else surface_error.push
+        self._gusts(gusts * vehicle.gust, self._extra)
+
+    def missed(self, prediction: Prediction) -> Whitened:
+        """Return the whitened misfit of a prediction, one column."""
+        return self.whiten(self.residual(prediction)[:, :, None])
+
+    def cells(self, outputs: Floats) -> Floats:
+        """Return the part of whitened outputs that are readings, shape (W, K, channels)."""
+        shape = self.count, self.length, len(self.channel_of)
+        return outputs[:, : shape[1] * shape[2]].reshape(shape)
+
+    def level(self, prediction: Prediction) -> float:
+        """Return the misfit of a prediction per degree of freedom; noise and gusts alone give 1."""
+        missed = self.missed(prediction)
+        return float(missed.product(missed).sum()) / float(self.observed)
 
     @property
     def dynamics(self) -> Dynamics:
@@ -261,12 +277,8 @@ class Windows:
         if self._bias is not None:
             last = range(n + m, n + m + 6)
             normal[:, last, last] += 1.0 / np.repeat(self._bias, 3) ** 2
-        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", normal), 1e-300))
-        normal *= scale[:, :, None]
-        normal *= scale[:, None, :]
-        normal += 1e-11 * np.eye(normal.shape[1])
-        factor = np.linalg.cholesky(normal)
-        return Weights(scale, factor, np.linalg.inv(factor))
+        scale, factor = factors_scaled(normal)
+        return Weights(scale, factor, np.asarray(np.linalg.inv(factor), dtype=np.float64))
 
     def _run(
         self,
@@ -460,9 +472,7 @@ def _imu(name: str) -> bool:
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:
     """Return the mean squared whitened residual by channel."""
-    channels = len(windows.channel_of)
-    inside = misfit[:, : windows.length * channels]
-    squares = inside.reshape(windows.count, windows.length, channels) ** 2
+    squares = windows.cells(misfit) ** 2
     seen = windows.weight > 0.0
     out: dict[str, float] = {}
     for name in dict.fromkeys(windows.channel_of):

@@ -11,8 +11,9 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.least_squares import Backtracking, Iterate, Proposal, minimise
-from seals.sysid.candidates.parameters import Candidate, CandidateSet
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, prior_widths
 from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linearise import (
     Columns,
     Dynamics,
@@ -23,7 +24,6 @@ from seals.sysid.predictors.linearise import (
     predict,
 )
 from seals.sysid.predictors.normal_equations import Fit, newton_step, reserve
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.tempering import approached
 from seals.sysid.predictors.trajectory_cache import ExpansionPoint, TrajectoryCache
 from seals.sysid.predictors.whitened import Whitened
@@ -73,7 +73,7 @@ class Fitter:
 
     def __init__(
         self,
-        plant: Plant,
+        plant: ExtendedModel,
         trajectory: Trajectory,
         dynamics: Dynamics | ReleasableDynamics,
         windows: Windows,
@@ -191,8 +191,7 @@ class Fitter:
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
     ) -> Whitened:
         """Whitened misfit of the model at given values, see `prediction`."""
-        prediction = self.prediction(values, expansion_point)
-        return self.windows.whiten(self.windows.residual(prediction)[:, :, None])
+        return self.windows.missed(self.prediction(values, expansion_point))
 
     def prediction(
         self, values: Mapping[str, float], expansion_point: ExpansionPoint | None = None
@@ -214,16 +213,10 @@ class Fitter:
 
     def precision(self, keys: Sequence[str], free: Sequence[str]) -> Floats:
         """Prior precision of parameters: low for free ones, else from their tolerances."""
-        parameters = self.candidate_set.parameters
-        widths = [
-            WIDE * max(parameters[k].scale, parameters[k].tolerance)
-            if k in free
-            else parameters[k].tolerance
-            for k in keys
-        ]
+        widths = prior_widths(self.candidate_set.parameters, keys, free, WIDE)
         with np.errstate(divide="ignore"):
             # a parameter that is known exactly and not freed cannot move: infinite precision
-            precision: Floats = 1.0 / np.asarray(widths, dtype=float) ** 2
+            precision: Floats = 1.0 / widths**2
         return precision
 
     def fit(
@@ -247,8 +240,7 @@ class Fitter:
             iterations: at most, in each of the two stages.
             coarse: leave out `refined`, which follows for the best fits.
         """
-        more = [k for k in free if k not in self.tolerances]
-        keys = (*self.tolerances, *more)
+        keys = (*self.tolerances, *(k for k in free if k not in self.tolerances))
         precision = self.precision(keys, free)
         begin = self.at if around is None else around
         first = {k: float(begin.get(k, 0.0)) for k in keys}
@@ -314,8 +306,7 @@ class Fitter:
 
     def start(self, free: Sequence[str]) -> Fit:
         """Return the equations at the linearisation point, before any fit."""
-        more = [k for k in free if k not in self.tolerances]
-        keys = (*self.tolerances, *more)
+        keys = (*self.tolerances, *(k for k in free if k not in self.tolerances))
         values = {k: float(self.at.get(k, 0.0)) for k in keys}
         return self._linear(keys, free, values, self.precision(keys, free))
 
@@ -328,7 +319,7 @@ class Fitter:
         expansion_point: ExpansionPoint | None,
     ) -> Fit:
         """Minimise the cost over some keys, the others eliminated to first order."""
-        descent = Descent(self, now.keys, moving, rule.absolute, expansion_point)
+        descent = _Descent(self, now.keys, moving, rule.absolute, expansion_point)
         task = descent.task(now)
         minimise(descent, [task], rule, steps=iterations)
         return task.fit
@@ -450,7 +441,7 @@ class TrialPoint(NamedTuple):
     misfit: Whitened
 
 
-class Descent:
+class _Descent:
     """Least-squares problem of some parameters of a fitter.
 
     Args:

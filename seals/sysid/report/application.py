@@ -7,13 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from seals.errors import ConfigError, LogError
+from seals.config.compose import output_folder
+from seals.errors import ConfigError, LogError, refuse_absent
+from seals.file_names import DIAGNOSIS
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
-from seals.logs.run_folder import ROBOT
 from seals.schema import check_fields
 from seals.sound_numbers import sound_numbers, trials
-from seals.sysid.data.robot_description import RobotDescription
+from seals.sysid.data.robot_description import RobotDescription, name_in
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.parallel import Beside, cores
@@ -34,7 +35,6 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 from seals.sysid.selection.search import Search
 from seals.sysid.validation.writing import models_of
 
-ANSWER = "diagnosis.json"
 _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
@@ -51,14 +51,11 @@ def execute(config: Any) -> int:
     Raises:
         ConfigError: no log is given, or it is not there.
     """
-    from hydra.core.hydra_config import HydraConfig
-
     from seals.run.progress import progress
 
-    if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
+    refuse_absent(config.log, "log", "seals diagnose log=FOLDER out=FOLDER")
     given = given_logs(config)
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     make_folder(out)
     if config.healthy is not None:
         from seals.sysid.report.healthy_application import compare
@@ -75,8 +72,7 @@ def execute(config: Any) -> int:
             _write(out, bad_data(str(refusal)))
             print(f"bad data: {refusal}")
             return Verdict.bad_data.exit_code
-        vehicle = str((log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name", ""))
-        _write(out, answer_of(found, missing, vehicle=vehicle))
+        _write(out, answer_of(found, missing, vehicle=name_in(log.meta)))
         tell(STAGES * _STEP - 1)
         pages = []
         if config.report:
@@ -87,7 +83,7 @@ def execute(config: Any) -> int:
     print(sentence(found))
     print(_told(found, missing), end="")
     print(_commands(found, missing, out), end="")
-    for page in (out / ANSWER, *pages):
+    for page in (out / DIAGNOSIS, *pages):
         print(f"{page}")
     return found.answer.verdict.exit_code
 
@@ -149,10 +145,10 @@ def _found(
     )
     if not given.config.plan:
         return found
-    return replace(found, next_experiment=proposed(found))
+    return replace(found, next_experiment=_proposed(found))
 
 
-def proposed(found: Diagnosis) -> dict[str, Any] | None:
+def _proposed(found: Diagnosis) -> dict[str, Any] | None:
     """Return the manoeuvre that would tell the open effects apart, see ``seals plan``, or None."""
     from seals.sysid.experiment_design.ranking import propose
 
@@ -210,4 +206,4 @@ def _commands(found: Diagnosis, missing: Localisation, out: Path) -> str:
 
 
 def _write(out: Path, answer: dict[str, Any]) -> None:
-    write_json(out / ANSWER, finite(answer))
+    write_json(out / DIAGNOSIS, finite(answer))

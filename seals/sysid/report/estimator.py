@@ -10,7 +10,6 @@ from seals.errors import ConfigError
 from seals.logs.log import Log
 from seals.sysid.diagnosis import Diagnosis, diagnose
 from seals.sysid.predictors.linearise import predict
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import prepare, rewindowed
 from seals.sysid.report.settable import Settable, bar, read_usable
 from seals.sysid.report.threads import one_thread
@@ -170,8 +169,5 @@ def misfit_of(log: Log, values: Mapping[str, float], found: Diagnosis) -> float:
     added = {name: effect for name, effect in fitted.items() if name not in stated}
     candidate_set = problem.plant.candidate_set
     candidate_set = replace(candidate_set, effects={**candidate_set.effects, **added})
-    plant = Plant(problem.vehicle, candidate_set, problem.samples, parts=problem.plant.parts)
-    prediction = predict(plant, fitter.trajectory, values, delay=late)
-    windows = fitter.windows
-    whitened = windows.whiten(windows.residual(prediction)[:, :, None])
-    return float(whitened.product(whitened).sum()) / float(windows.observed)
+    plant = problem.plant.of(candidate_set)
+    return fitter.windows.level(predict(plant, fitter.trajectory, values, delay=late))

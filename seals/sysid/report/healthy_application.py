@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from seals.errors import ConfigError, LogError
-from seals.file_names import short_path
+from seals.file_names import DIAGNOSIS, REPORT, short_path
 from seals.logs.atomic import finite, write_json
 from seals.logs.log import Log
 from seals.report import Block, Facts, Paragraph, Section, Table, write_page
@@ -21,9 +21,8 @@ from seals.sysid.decision.verdict import Verdict
 from seals.sysid.healthy_flights.balance import has_inertial
 from seals.sysid.healthy_flights.diagnosis import HealthyDiagnosis, HealthyFlights
 from seals.sysid.report.given_logs import GivenLogs, bad_data, given_logs, places_of, sources
-from seals.sysid.report.naming import figure, interval, percent
+from seals.sysid.report.naming import figure, parameter_text, percent
 
-ANSWER, PAGE = "diagnosis.json", "report.html"
 _TICKS = 32
 _STAGES = 3
 _ADVICE = "Give longer logs, or look for numbers far from all others."
@@ -73,10 +72,10 @@ def compare(given: GivenLogs, out: Path) -> int:
             return _refused(out, str(refusal))
     source = {**sources(given.places), "healthy": [sources([place]) for place in places]}
     found = replace(found, source=source)
-    write_json(out / ANSWER, finite(found.to_dict()))
+    write_json(out / DIAGNOSIS, finite(found.to_dict()))
     pages = [_report(found, log.name, out)] if given.config.report else []
-    print(sentence(found))
-    for page in (out / ANSWER, *pages):
+    print(_sentence(found))
+    for page in (out / DIAGNOSIS, *pages):
         print(page)
     return found.verdict.exit_code
 
@@ -119,17 +118,14 @@ def _read(given: GivenLogs, words: Sequence[str]) -> list[Log]:
     ]
 
 
-def sentence(found: HealthyDiagnosis) -> str:
+def _sentence(found: HealthyDiagnosis) -> str:
     """Return verdict, effects and what they rest on as a few lines of text."""
     table, lines = found.to_dict(), [_HEADS[found.verdict]]
     for effect in table["effects"]:
         drives = effect["drives"]
         where = f" at drive {' and '.join(map(str, drives))}" if drives else ""
         lines.append(f"  {effect['name']}{where}, confidence {percent(effect['confidence'])}")
-        for name, p in effect["parameters"].items():
-            unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            limits = interval(p["low90"], p["high90"])
-            lines.append(f"    {name} = {figure(p['value'])}{unit}  (90 %: {limits})")
+        lines += [f"    {parameter_text(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  {words}" for words in table["reasons"]]
     healthy = table["healthy"]
     lines.append(
@@ -156,7 +152,7 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
     """Write the page and return its path."""
     table = found.to_dict()
     healthy = table["healthy"]
-    blocks: list[Block] = [Paragraph(text=line) for line in sentence(found).splitlines()]
+    blocks: list[Block] = [Paragraph(text=line) for line in _sentence(found).splitlines()]
     facts = {
         "verdict": found.verdict.value.replace("_", " "),
         "evidence [2 ln B]": figure(found.changed.evidence, digits=3),
@@ -200,11 +196,11 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
             blocks=[Table(head=["log", "evidence", "explanations"], rows=left, right=(1,))],
         ),
     ]
-    return write_page(out / PAGE, f"{name} beside healthy flights", sections, light=True)
+    return write_page(out / REPORT, f"{name} beside healthy flights", sections, light=True)
 
 
 def _refused(out: Path, words: str) -> int:
     """Write and print that the log cannot be used; return the exit code."""
-    write_json(out / ANSWER, bad_data(words))
+    write_json(out / DIAGNOSIS, bad_data(words))
     print(f"bad data: {words}")
     return Verdict.bad_data.exit_code

@@ -5,13 +5,14 @@ from __future__ import annotations
 import inspect
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from seals.report.style import unit_text
 from seals.schema import parameters_of
+from seals.sysid.candidates.catalogue import installed, wave_laws
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
-from seals.sysid.candidates.vehicle import installed, wave_laws
 
 UNKNOWN = "not determined"
 """Text in place of a figure that is not finite."""
@@ -156,3 +157,9 @@ def figure(value: float, unit: str = "", digits: int = 4) -> str:
         return UNKNOWN
     # adding zero turns a negative zero into a plain one
     return f"{value + 0.0:.{digits}g} {unit_text(unit)}".strip()
+
+
+def parameter_text(name: str, p: Mapping[str, Any]) -> str:
+    """Return a parameter of an answer with its unit and interval, in words."""
+    unit = "" if p["unit"] == "1" else f" {p['unit']}"
+    return f"{name} = {figure(p['value'])}{unit}  (90 %: {interval(p['low90'], p['high90'])})"

@@ -7,6 +7,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
+from seals.file_names import REPORT
 from seals.logs.atomic import finite, write_json, write_text
 from seals.logs.check import check_log
 from seals.logs.finding import Finding, Severity
@@ -35,7 +36,7 @@ from seals.sysid.residual_force import Localisation, locate_residual_force, resi
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
-PAGE, DATA = "report.html", "report.json"
+DATA = "report.json"
 LARGEST = 1_000_000
 """Size of the page at most [byte]."""
 _TONES = {Verdict.named: "good", Verdict.nothing_missing: "good", Verdict.bad_data: "bad"}
@@ -97,8 +98,8 @@ def write_report(
         _errors(diagnosis, steps, values),
         _behind(values, nominal, findings),
     ]
-    write_text(folder / PAGE, _small_enough(diagnosis, log, after, fixed))
-    return folder / PAGE
+    write_text(folder / REPORT, _small_enough(diagnosis, log, after, fixed))
+    return folder / REPORT
 
 
 def _small_enough(
@@ -137,10 +138,9 @@ def _names(diagnosis: Diagnosis, after: EvidenceHypothesis) -> tuple[str, str]:
 
 def _subtitle(diagnosis: Diagnosis) -> str:
     samples = diagnosis.problem.samples
-    seconds = sum(float(samples.time[b - 1] - samples.time[a]) for a, b in samples.runs)
     runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
     return (
-        f"{diagnosis.problem.vehicle.name}, {seconds:.1f} s{runs}, {samples.rows} rows; "
+        f"{diagnosis.problem.vehicle.name}, {samples.seconds:.1f} s{runs}, {samples.rows} rows; "
         f"computed in {diagnosis.seconds:.1f} s"
     )
 

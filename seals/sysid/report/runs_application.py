@@ -9,45 +9,42 @@ from typing import Any
 from seals.compare.application import read_logs, settings_of
 from seals.compare.report import case_charts, sections_of
 from seals.compare.result import Comparison, Group
-from seals.file_names import file_name
+from seals.config.compose import output_folder
+from seals.file_names import DIAGNOSIS, REPORT, file_name
 from seals.logs.atomic import finite, write_json
 from seals.report import Block, Paragraph, Section, Table, write_page, write_picture
 from seals.sysid.decision.verdict import Verdict
-from seals.sysid.report.naming import figure, interval
+from seals.sysid.report.naming import parameter_text
 from seals.sysid.runs import RunsDiagnosis, diagnose_runs
-
-ANSWER = "diagnosis.json"
 
 
 def execute(config: Any) -> int:
     """Run one composed experiment (root ``compare``) and return the exit code of its verdict."""
-    from hydra.core.hydra_config import HydraConfig
-
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
-    out = Path(settings.out or HydraConfig.get().runtime.output_dir)
-    write_json(out / ANSWER, finite(as_data(found)))
+    out = output_folder(settings.out)
+    write_json(out / DIAGNOSIS, finite(_as_data(found)))
     _write_runs_report(found, out)
     for one in found:
-        print(sentence(one))
-    print(f"\n{out / ANSWER}")
-    return exit_code(found)
+        print(_sentence(one))
+    print(f"\n{out / DIAGNOSIS}")
+    return _exit_code(found)
 
 
-def as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
+def _as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
     """Return the output of one diagnosis, or of several under the key ``groups``."""
     if len(found) == 1:
         return found[0].to_dict()
     return {"groups": {one.name: one.to_dict() for one in found}}
 
 
-def exit_code(found: Sequence[RunsDiagnosis]) -> int:
+def _exit_code(found: Sequence[RunsDiagnosis]) -> int:
     """Return the exit code of the verdict; of several verdicts the most informative one."""
     order = list(Verdict)
     return max((one.answer.verdict for one in found), key=lambda v: -order.index(v)).exit_code
 
 
-def sentence(one: RunsDiagnosis) -> str:
+def _sentence(one: RunsDiagnosis) -> str:
     """Return the result of a diagnosis of runs as a few lines of text."""
     table = one.to_dict()
     heads = {
@@ -61,10 +58,7 @@ def sentence(one: RunsDiagnosis) -> str:
     for effect in table["effects"]:
         law = f" ({effect['law']})" if effect["law"] else ""
         lines.append(f"  {effect['name']}{law}, confidence {100 * effect['confidence']:.0f} %")
-        for name, p in effect["parameters"].items():
-            unit = "" if p["unit"] == "1" else f" {p['unit']}"
-            span = f"(90 %: {interval(p['low90'], p['high90'])})"
-            lines.append(f"    {name} = {figure(p['value'])}{unit}  {span}")
+        lines += [f"    {parameter_text(name, p)}" for name, p in effect["parameters"].items()]
     lines += [f"  {words}" for words in table["reasons"]]
     for channel, size in table["rms"].items():
         if size["before"] is not None and size["after"] is not None:
@@ -77,7 +71,7 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     sections = [_rank(one) for one in found]
     for one in found:
-        group = group_of(one)
+        group = _group_of(one)
         picture = folder / f"{file_name(one.name)}.png"
         shown = next((k for k, c in enumerate(group.cases) if c.held_out), 0)
         write_picture(picture, case_charts(group, shown))
@@ -92,10 +86,10 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
                 seconds=one.seconds,
             )
         )
-    return write_page(folder / "report.html", f"Diagnosis: {found[0].name}", sections)
+    return write_page(folder / REPORT, f"Diagnosis: {found[0].name}", sections)
 
 
-def group_of(one: RunsDiagnosis) -> Group:
+def _group_of(one: RunsDiagnosis) -> Group:
     """Return nominal and chosen model as the variants of a comparison."""
     cases = one.search.validator.experiment.cases
     return Group(

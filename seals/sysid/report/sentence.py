@@ -11,7 +11,7 @@ from seals.report.style import unit_text
 from seals.sysid.candidates.activity import active_words
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
-from seals.sysid.report.naming import figure, interval
+from seals.sysid.report.naming import figure, parameter_text
 
 SHOWN = ("position", "specific_force", "angular_velocity")
 """Channels whose errors stand beside the misfit."""
@@ -47,7 +47,7 @@ def sentence(found: Diagnosis) -> str:
         when = active_words(effect["active"], found.logs) if "active" in effect else ""
         when = f" {when}," if when else ","
         lines.append(f"  {effect['name']}{when} confidence {100 * effect['confidence']:.0f} %")
-        lines += [f"    {_value(name, p)}" for name, p in effect["parameters"].items()]
+        lines += [f"    {parameter_text(name, p)}" for name, p in effect["parameters"].items()]
     for claim in answer.claims:
         rest = [name for name in claim.alike if name not in claim.rivals]
         if claim.rivals and verdict is Verdict.named:
@@ -156,7 +156,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
             most = max(own, key=lambda e: e["stated"] ** 2 - e["after"] ** 2)
             unit = unit_text(most["unit"])
             lines.append(f"  {most['name']} {_fall(most['rms'][:count])} {unit} within a second")
-    quiet = overstated(table)
+    quiet = _overstated(table)
     if quiet:
         lines.append(
             f"  stated noise or gusts are too large: the residual is {quiet} of the stated noise. "
@@ -165,7 +165,7 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def overstated(table: Mapping[str, Any]) -> str:
+def _overstated(table: Mapping[str, Any]) -> str:
     """Return the residuals far below the stated noise and gusts, as shares, with their channels.
 
     Args:
@@ -197,9 +197,3 @@ def _by_log(found: Diagnosis, table: dict[str, Any]) -> str:
     if odd and len(odd) < len(logs):
         out += f"\n  Something else is missing in {' and '.join(odd)}: diagnose it on its own."
     return out
-
-
-def _value(name: str, p: dict[str, Any]) -> str:
-    unit = "" if p["unit"] == "1" else f" {p['unit']}"
-    limits = interval(p["low90"], p["high90"])
-    return f"{name} = {figure(p['value'])}{unit}  (90 %: {limits})"

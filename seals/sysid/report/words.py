@@ -209,7 +209,7 @@ def next_steps(
 ) -> tuple[list[str], str]:
     """Return what to do next, as sentences and command lines."""
     verdict = diagnosis.answer.verdict
-    planned = proposed(data.get("next_experiment"))
+    planned = _proposed(data.get("next_experiment"))
     words = [planned] if planned else []
     robot, answer = diagnosis.given_robot, typed("diagnosis", str(folder))
     add = f"seals add {answer} name=my_model{robot}"
@@ -266,7 +266,7 @@ def _after_refusal(
     return [*words, exact], ""
 
 
-def proposed(plan: Any) -> str:
+def _proposed(plan: Any) -> str:
     """Describe the proposed manoeuvre in words; empty without one."""
     if isinstance(plan, str):
         return plan

@@ -94,7 +94,7 @@ def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
     return rows
 
 
-def regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
+def _regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
     """Return the regime of the hull at some rows: air, entry or water."""
     if not problem.vehicle.has_water:
         return np.full(len(rows), "air")
@@ -120,7 +120,7 @@ def _placed(problem: Problem, found: Residual) -> _Places:
     return _Places(
         keep=keep,
         time=plot_time(problem)[rows[keep]],
-        regime=regime_names(problem, rows[keep]),
+        regime=_regime_names(problem, rows[keep]),
         last=np.isin(keep, ends),
     )
 

@@ -13,7 +13,7 @@ from seals.effects.evaluation import thrust_wrench
 from seals.environment.sample import Sample
 from seals.frames import matrix_of
 from seals.motion import Inputs
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.trajectory_cache import TrajectoryCache
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.residual_force.evidence import Evidence
@@ -119,7 +119,7 @@ def conditions(fitter: Fitter, found: Evidence) -> Conditions:
 
 
 def _actuator_wrench(
-    plant: Plant, values: Mapping[str, float]
+    plant: ExtendedModel, values: Mapping[str, float]
 ) -> tuple[Floats | None, Floats | None]:
     """Return the nominal actuator wrench (T, 6) and the sum of absolute thrusts (T,)."""
     drive = plant.drive(values)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.least_squares import solve_scaled
+from seals.least_squares import inverses_scaled, solve_scaled
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.decision.policy import DecisionPolicy
 from seals.sysid.predictors.problem import Problem
@@ -90,13 +90,13 @@ class Evidence:
         """
         m, p = self._force, len(self.precision)
         block = self.gram[:, :m, :m] + self.loose
-        inverse = _inverse(block)
+        inverse = inverses_scaled(block)
         cross = self.gram[:, :m, m:]
         gain = np.matmul(inverse, cross)
         rest = (self.gram[:, m:, m:] - np.matmul(cross.transpose(0, 2, 1), gain)).sum(axis=0)
         normal = rest[:p, :p] + np.diag(self.precision)
         delta = solve_scaled(normal, rest[:p, p] + self.precision * self.centre)
-        uncertainty = _inverse(normal[None])[0]
+        uncertainty = inverses_scaled(normal[None])[0]
         mean = gain[:, :, p] - gain[:, :, :p] @ delta
         spread = np.matmul(
             np.matmul(gain[:, :, :p], uncertainty), gain[:, :, :p].transpose(0, 2, 1)
@@ -124,7 +124,7 @@ class Evidence:
         m = self._force
         out = np.zeros(self.count)
         for prior, sign in ((self.loose, 1.0), (self.tight, -1.0)):
-            inverse = _inverse(self.gram[:, :m, :m] + prior)
+            inverse = inverses_scaled(self.gram[:, :m, :m] + prior)
             out += sign * np.einsum("wij,wji->w", inverse, self.gram[:, :m, :m])
         return out
 
@@ -159,14 +159,6 @@ def _even(block: Floats) -> Floats:
     """Return a symmetric block with a lower bound on its diagonal."""
     level = np.einsum("wii->wi", block)
     out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
-    return out
-
-
-def _inverse(block: Floats) -> Floats:
-    """Inverse of symmetric positive blocks after scaling their diagonals to one."""
-    scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", block), 1e-300))
-    scaled = block * scale[:, :, None] * scale[:, None, :] + 1e-12 * np.eye(block.shape[1])
-    out: Floats = np.linalg.inv(scaled) * scale[:, :, None] * scale[:, None, :]
     return out
 
 

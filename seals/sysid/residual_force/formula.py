@@ -11,7 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.frames import rotate
-from seals.sysid.candidates.vehicle import formula_effect
+from seals.sysid.candidates.catalogue import formula_effect
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.laws import DRIVEN

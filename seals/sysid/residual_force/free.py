@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
+from seals.least_squares import factors_scaled
 from seals.sysid.predictors.problem import LOOSE, WINDOW, stated_starts, transient_rows
 from seals.sysid.predictors.surface_model_error import enters, surface_model_error
-from seals.sysid.predictors.windows import Windows
+from seals.sysid.predictors.windows import WHOLE, Windows
 from seals.sysid.predictors.windows_fit import Fitter
 
 KNOT = 0.06
@@ -52,7 +53,6 @@ class FreeWindows(Windows):
         plant, trajectory = fitter.plant, fitter.trajectory
         vehicle, samples = plant.vehicle, plant.samples
         surface_error = surface_model_error(plant, trajectory)
-        extra = None if surface_error is None else surface_error.push
         level = LOOSE * fitter.windows.gusts
         if enters(plant, trajectory):
             weight = vehicle.mass * vehicle.environment.gravity
@@ -62,10 +62,9 @@ class FreeWindows(Windows):
             vehicle,
             trajectory,
             fitter.dynamics,
-            length=WINDOW if samples.posed else 1e6,
+            length=WINDOW if samples.posed else WHOLE,
             gusts=level,
-            extra=extra,
-            blur=None if surface_error is None else surface_error.blur,
+            surface_error=surface_error,
             knot=max(KNOT, 1.5 * samples.step),
             stated=None if samples.posed else stated_starts(plant, trajectory),
             skip=transient_rows(plant),
@@ -73,7 +72,7 @@ class FreeWindows(Windows):
         )
         # weights of the free force, found before the stated gusts take its place
         self.loose, self._weights = self._gust_precision, self._weights
-        self._gusts(fitter.windows.gusts * vehicle.gust, extra)
+        self._gusts(fitter.windows.gusts * vehicle.gust, self._extra)
         self.tight = self._gust_precision
         self._products: _Products | None = None
         self.stated_gust: Floats = fitter.windows.gusts * vehicle.gust
@@ -117,10 +116,7 @@ class FreeWindows(Windows):
         """Products of the knots and of the responses, which stay while the misfit changes."""
         loose, size = self._marginal.outputs, self.size
         start, both = loose[:, :, :size], np.concatenate([loose[:, :, size:], columns], axis=2)
-        held = np.matmul(start.transpose(0, 2, 1), start)
-        scale = 1.0 / np.sqrt(np.maximum(np.einsum("wii->wi", held), 1e-300))
-        held = held * scale[:, :, None] * scale[:, None, :] + 1e-11 * np.eye(size)
-        factor = np.linalg.cholesky(held)
+        scale, factor = factors_scaled(np.matmul(start.transpose(0, 2, 1), start))
         absorbed = self._absorbed_by_start(factor, scale, both)
         table = np.matmul(both.transpose(0, 2, 1), both)
         table -= np.matmul(absorbed.transpose(0, 2, 1), absorbed)

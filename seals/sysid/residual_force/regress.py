@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Floats
-from seals.least_squares import solve_scaled
+from seals.least_squares import inverses_scaled, solve_scaled
 from seals.sysid.residual_force.evidence import Evidence
 
 FOLDS = 5
@@ -99,9 +99,8 @@ class Table:
     def covariance(self, chosen: Sequence[int]) -> Floats:
         """Posterior covariance of the chosen columns' coefficients."""
         total = self._block(chosen).sum(axis=0)[:-1, :-1]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(total), 1e-300))
-        inverse = np.linalg.inv(total * scale[:, None] * scale + 1e-12 * np.eye(len(scale)))
-        return inverse * scale[:, None] * scale
+        covariance: Floats = inverses_scaled(total[None])[0]
+        return covariance
 
     def fall(self, chosen: Sequence[int], beside: Sequence[int] = ()) -> float:
         """Decrease of the misfit by some columns added to others, fitted to all windows."""
@@ -119,7 +118,9 @@ class Table:
             ridge: their prior precision.
             mixed: whether the parts held out are scattered windows instead of long blocks.
         """
-        fold = folds(self.found.count, mixed=mixed)
+        count = self.found.count
+        parts = min(FOLDS, count)
+        fold = np.arange(count) % parts if mixed else np.arange(count) * parts // count
         out = np.zeros(self.found.count)
         for part in range(int(fold.max()) + 1):
             test = fold == part
@@ -130,12 +131,6 @@ class Table:
     def _block(self, chosen: Sequence[int]) -> Floats:
         index = [*chosen, self.width]
         return self.gram[:, index][:, :, index]
-
-
-def folds(count: int, *, mixed: bool = False) -> NDArray[np.integer]:
-    """Return the cross-validation fold of every window."""
-    parts = min(FOLDS, count)
-    return np.arange(count) % parts if mixed else np.arange(count) * parts // count
 
 
 def gain(before: Floats, after: Floats, found: Evidence) -> Gain:

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
+from seals.sysid.residual_force.lagged import AXES
 from seals.sysid.residual_force.regress import Table, gain
 from seals.sysid.residual_force.residual import thinned_rows
 from seals.sysid.residual_force.terms import basis_of
@@ -24,7 +25,6 @@ _SURE = 0.01
 """Chance below which a line is taken to be there."""
 _MUCH = 0.4
 """Share that a line must explain which the motion holds as well: the motion may follow it."""
-AXES = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.frames import AXES
 from seals.logs.channels import unit_of
 from seals.sysid.predictors.linearise import predict
 from seals.sysid.predictors.problem import WINDOW
@@ -23,7 +24,6 @@ from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 JOINTS = "joint_position"
 """Channel of joints: laws of play and dry friction hold less well than those of a rigid body."""
-_AXES = ("x", "y", "z")
 _ANGLES = ("roll", "pitch", "yaw")
 _LEAST = 0.05
 """Least variance of a residual in units of the noise: rounding must not make it negative."""
@@ -175,12 +175,10 @@ def restarted(fitter: Fitter, values: Mapping[str, float]) -> tuple[Floats, Floa
     start, _ = windows.explained(whole)
     carried = windows._marginal.outputs[:, :, : windows.size]
     rest = whole - np.einsum("wkn,wn->wk", carried, start)
-    shape = (windows.count, windows.length, len(windows.channel_of))
-    inside = shape[1] * shape[2]
     with np.errstate(divide="ignore"):
         scale = np.where(windows.weight > 0.0, 1.0 / windows.weight, np.nan)
     spread = np.sqrt(_variance(windows))
-    return rest[:, :inside].reshape(shape) * scale, spread[:, :inside].reshape(shape) * scale
+    return windows.cells(rest) * scale, windows.cells(spread) * scale
 
 
 def _variance(windows: Windows) -> Floats:
@@ -210,4 +208,4 @@ def component(channel: str, axis: int, width: int) -> str:
         return _ANGLES[axis]
     if width == 1:
         return words
-    return f"{words} {_AXES[axis]}" if width == 3 else f"{words} {axis + 1}"
+    return f"{words} {AXES[axis]}" if width == 3 else f"{words} {axis + 1}"

@@ -24,9 +24,7 @@ def held_out_misfit(hypothesis: EvidenceHypothesis) -> float:
 def stated_misfit(nominal: EvidenceHypothesis) -> float:
     """Return the misfit per degree of freedom of the stated model, none of its numbers fitted."""
     fitter, windows = nominal.fitter, nominal.fitter.windows
-    prediction = predict(fitter.plant, fitter.trajectory, {}, delay=windows.delay)
-    whitened = windows.whiten(windows.residual(prediction)[:, :, None])
-    return float(whitened.product(whitened).sum()) / float(windows.observed)
+    return windows.level(predict(fitter.plant, fitter.trajectory, {}, delay=windows.delay))
 
 
 def fall_by(hypothesis: EvidenceHypothesis, candidate: Candidate) -> float:
@@ -103,13 +101,10 @@ def held_out_by_window(
     """
     fit, count = hypothesis.fit, hypothesis.fitter.windows.count
     fold = folds_of(hypothesis) if fold is None else fold
-    at = np.array([fit.values[k] for k in fit.keys])
     out = np.empty(count)
     for part in range(int(fold.max()) + 1):
         test = fold == part
-        matrix = fit.normal[~test].sum(axis=0) + np.diag(fit.precision)
-        gradient = fit.right[~test].sum(axis=0) - fit.precision * (at - fit.centre)
-        step = solve_scaled(matrix, gradient)
+        step = solve_scaled(*fit.system(~test))
         inner = np.einsum("i,wij,j->w", step, fit.normal[test], step)
         out[test] = fit.misfit[test] - 2.0 * fit.right[test] @ step + inner
     return out

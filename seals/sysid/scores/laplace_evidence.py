@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from seals.arrays import Floats
-from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, prior_widths
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.hypothesis import Hypothesis
@@ -56,15 +56,7 @@ def occam_factor(fit: Fit, candidate_set: CandidateSet) -> float:
         of free parameters as wide as a plausible effect (Laplace's approximation of the evidence).
         It is not negative: measurements take no knowledge away.
     """
-    parameters = candidate_set.parameters
-    widths = np.array(
-        [
-            max(parameters[k].scale, parameters[k].tolerance)
-            if k in fit.free
-            else parameters[k].tolerance
-            for k in fit.keys
-        ]
-    )
+    widths = prior_widths(candidate_set.parameters, fit.keys, fit.free, 1.0)
     scaled = fit.normal.sum(axis=0) * widths[:, None] * widths[None, :]
     return _log_information(scaled)
 
@@ -115,7 +107,7 @@ def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) 
     A value beyond what its law allows, such as negative friction, counts as the nearest allowed.
     """
     tolerated, plausible, policy = 0.0, 0.0, candidate_set.policy
-    sizes = {k: _allowed(fit.values[k], candidate_set.parameters[k]) for k in candidate.keys}
+    sizes = {k: abs(candidate_set.allowed(k, fit.values[k])) for k in candidate.keys}
     for key, size in sizes.items():
         parameter = candidate_set.parameters[key]
         if parameter.tolerance > 0.0:
@@ -127,9 +119,3 @@ def is_significant(candidate: Candidate, fit: Fit, candidate_set: CandidateSet) 
     # a slightly different law of another drag looks like a small one
     similar = policy.trace_of_similar if candidate.identification.resists else 1.0
     return plausible > similar * policy.trace if exact else tolerated > policy.tolerances
-
-
-def _allowed(value: float, parameter: Parameter) -> float:
-    """Magnitude of the closest value within bounds."""
-    low, high = parameter.bounds
-    return abs(min(max(value, low), high))

@@ -16,9 +16,9 @@ from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, multiply
 from seals.sysid.data.samples import Samples
-from seals.sysid.data.trajectory import Trajectory
+from seals.sysid.data.trajectory import Trajectory, posture_readings
+from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
 from seals.sysid.predictors.normal_equations import newton_step, reserve
-from seals.sysid.predictors.plant import Plant, nonzero
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -69,7 +69,7 @@ def self_check(hypothesis: EvidenceHypothesis) -> SelfCheck | None:
     other = fitter.with_windows(fitter.windows.with_readings(readings))
     found = other.reevaluated(fit)
     # tolerances have no prior here: the simulation had exactly these values
-    found = replace(found, centre=np.array([found.values[k] for k in found.keys]))
+    found = replace(found, centre=found.at)
     moved, gain = newton_step(found)
     held = [k for k, key in enumerate(found.keys) if key not in found.free]
     return SelfCheck(
@@ -92,7 +92,7 @@ def tipped(fitter: Fitter) -> float:
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
-def _attitude(plant: Plant, state: TwinState, values: Mapping[str, float]) -> Floats:
+def _attitude(plant: ExtendedModel, state: TwinState, values: Mapping[str, float]) -> Floats:
     """Measured attitude q_WB_xyzw: the true one, turned where an effect turns the pose."""
     turn = plant.pose_turn(values, len(state.quaternion))
     if turn is None:
@@ -109,12 +109,11 @@ def simulated_readings(
         The log with readings of the simulation, and its states; None where they leave all bounds.
     """
     plant, rows = fitter.plant, fitter.windows.rows
-    fine = Plant(plant.vehicle, plant.candidate_set, plant.samples, parts=_FINER * plant.parts)
+    fine = plant.of(plant.candidate_set, parts=_FINER * plant.parts)
     fine.command_delay = plant.command_delay
     used = nonzero(values)
     twin, drive = fine.twin(used, len(rows)), fine.drive(used)
     state = fitter.trajectory.state(rows[:, 0])
-    level = plant.vehicle.environment.water_level or 0.0
     channels: dict[str, Floats] = {
         name: np.full_like(seen, np.nan) for name, seen in plant.samples.channels.items()
     }
@@ -126,10 +125,8 @@ def simulated_readings(
         after, rates = fine.advance(twin, state, rows[:, k], drive)
         read = fine.reading(state, rates, used)
         found = {
-            "position": state.position,
+            **posture_readings(state, plant.vehicle.environment.water_level),
             "orientation": _attitude(fine, state, used),
-            "velocity": state.velocity,
-            "depth": level - state.position[:, 2:3],
             "angular_velocity": read.angular_velocity,
             "specific_force": read.specific_force,
         }

@@ -54,7 +54,7 @@ def search_log(
         last=(Refinement.backward,),
     )
     found = search(WindowModels(problem, processes=processes), stages, tell=tell)
-    own = search_own_trajectories(problem, found, asked=unposed, processes=processes)
+    own = _search_own_trajectories(problem, found, asked=unposed, processes=processes)
     if own is None:
         return found
     # models along another trajectory cannot be compared with these
@@ -63,7 +63,7 @@ def search_log(
     return replace(own, rounds=((*own.rounds[0], *kept),))
 
 
-def search_own_trajectories(
+def _search_own_trajectories(
     problem: Problem, known: Search[EvidenceHypothesis], *, asked: float, processes: int = 1
 ) -> Search[EvidenceHypothesis] | None:
     """Repeat a search with a trajectory fitted for every model; None where that gains nothing.

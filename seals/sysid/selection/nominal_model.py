@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from seals.sysid.predictors.plant import nonzero
+from collections.abc import Mapping
+
+from seals.sysid.predictors.extended_model import nonzero
 from seals.sysid.predictors.problem import Problem, linearise_model, rewindowed
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -37,7 +39,7 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     About the stated value the response to a lag is that of another lag: every effect that is fitted
     beside it, about values of its own, would take the credit for the better response.
     """
-    policy, late = problem.policy, problem.plant.candidate_set.sensor_delay
+    policy = problem.policy
     # on an arm the slope of dry friction belongs to the dynamics, and is taken where it was stated
     if not problem.samples.posed or problem.impact or problem.vehicle.servo:
         return nominal
@@ -46,14 +48,11 @@ def _about_moved_numbers(problem: Problem, nominal: EvidenceHypothesis) -> Evide
     if not moved or nominal.misfit > policy.misfit_trusted:
         return nominal
     for _ in range(_NOMINAL_ROUNDS):
-        before = nominal.fitter
-        at = {k: v for k, v in nominal.fit.values.items() if k != late}
-        fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
-        fit = fitter.fit((), around=nominal.fit.values)
-        gain = nominal.fit.cost - fit.cost
+        found = _about(problem, nominal, nominal.fit.values)
+        gain = nominal.fit.cost - found.fit.cost
         if not gain > 0.0:
             break
-        nominal = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        nominal = found
         if gain < SETTLED:
             break
     return nominal
@@ -67,11 +66,17 @@ def about_other_numbers(
     A fit far from what is stated may be caught on its way; an effect of no size that is fitted
     beside it shows a way on, and must not take the credit for it.
     """
+    found = _about(problem, nominal, other.fit.values)
+    return found if found.fit.cost < nominal.fit.cost - SETTLED else nominal
+
+
+def _about(
+    problem: Problem, nominal: EvidenceHypothesis, values: Mapping[str, float]
+) -> EvidenceHypothesis:
+    """Return the stated model, linear about some values of its numbers, fitted again from there."""
     late = problem.plant.candidate_set.sensor_delay
-    at = {k: other.fit.values[k] for k in nominal.fit.keys if k != late}
+    at = {k: values[k] for k in nominal.fit.keys if k != late}
     before = nominal.fitter
     fitter = linearise_model(problem.plant, before.trajectory, at, gusts=before.windows.gusts)
-    fit = fitter.fit((), around=other.fit.values)
-    if not fit.cost < nominal.fit.cost - SETTLED:
-        return nominal
+    fit = fitter.fit((), around=values)
     return EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)

@@ -28,7 +28,7 @@ class RunsSearch(Search[ValidatedHypothesis]):
         return ranked(list({frozenset(h.candidates): h for r in rounds for h in r}.values()))
 
 
-class RunModels:
+class _RunModels:
     """Models of several runs, fitted by batch simulation and cross-validated.
 
     Args:
@@ -105,7 +105,7 @@ def search_runs(experiment: Experiment, *, tell: Tell | None = None) -> RunsSear
     stages = SearchStages(
         effects=experiment.settings.naming.most, last=(Refinement.pairs, Refinement.backward)
     )
-    found = search(RunModels(validator), stages)
+    found = search(_RunModels(validator), stages)
     return RunsSearch(
         nominal=found.nominal,
         best=found.best,

@@ -8,8 +8,8 @@ from typing import Any, TypeAlias
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.parallel import spread
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linear_screen import candidate_keys, linear_gain, screen
-from seals.sysid.predictors.plant import Plant
 from seals.sysid.predictors.problem import GUSTS, Problem
 from seals.sysid.predictors.substep_integrator import SubstepIntegrator
 from seals.sysid.predictors.surface_model_error import surface_model_error
@@ -184,7 +184,7 @@ def whole_run_models(problem: Problem, *, asked: float, processes: int) -> Whole
         processes: that share the fits.
     """
     plant = problem.plant
-    coarse = Plant(problem.vehicle, plant.candidate_set, problem.samples, parts=_COARSE)
+    coarse = plant.of(plant.candidate_set, parts=_COARSE)
     guessed = {c.name for c in plant.candidate_set.candidates if c.identification.guessed}
     trajectories = nearest_trajectories(
         coarse, leave=sorted(guessed), ranks=_RANKS, processes=processes
@@ -194,7 +194,7 @@ def whole_run_models(problem: Problem, *, asked: float, processes: int) -> Whole
 
 
 def fit_nominal(
-    plant: Plant, trajectories: Sequence[Trajectory], *, processes: int
+    plant: ExtendedModel, trajectories: Sequence[Trajectory], *, processes: int
 ) -> tuple[LinearisedModel, LinearisedModel]:
     """Fit the stated model, starting from the trajectory nearest to the readings.
 

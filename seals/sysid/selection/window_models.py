@@ -71,7 +71,7 @@ class WindowModels:
         tried = extensions(problem, self.nominal, base, singles=singles, processes=processes)
         tried = plainest(tried, trusted=problem.policy.plain_form)
         if problem.impact and not base.candidates:
-            self.nominal, tried = refit_nominal(problem, self.nominal, tried, processes=processes)
+            self.nominal, tried = _refit_nominal(problem, self.nominal, tried, processes=processes)
         elif tried and not base.candidates and problem.samples.posed:
             moved = about_other_numbers(problem, self.nominal, tried[0])
             if moved is not self.nominal:
@@ -149,7 +149,7 @@ class WindowModels:
         pairs, trusted = step is Refinement.pairs, self.problem.policy.misfit_trusted
         if pairs and len(best.candidates) == 1 and best.misfit <= trusted:
             return best, ()
-        jobs = self._pairs(best, singles) if pairs else exchanges(best, singles)
+        jobs = self._pairs(best, singles) if pairs else _exchanges(best, singles)
         jobs += in_place_of_timed(self.problem, best) if pairs else []
         fitter = self.nominal.fitter if pairs else best.fitter
         tried = fitted(fitter, jobs, self.nominal, best, processes=self.processes)
@@ -252,7 +252,7 @@ class WindowModels:
 
         The effect that was found beside the first joins them.
         """
-        pool, singles = self.problem.budget.paired, likeliest(singles)
+        pool, singles = self.problem.budget.paired, _likeliest(singles)
         top = [h for h in singles[:pool] if h.score > 0.0]
         second = best.candidates[-1].label
         top += [h for h in singles[pool:] if h.candidates[-1].label == second]
@@ -294,7 +294,7 @@ def plainest(
     return tuple(h for h, n in zip(tried, most, strict=True) if len(h.candidates[-1].keys) <= n)
 
 
-def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
+def _likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]:
     """Keep the better fit of each effect, constant or limited in time; best first."""
     chosen: dict[str, EvidenceHypothesis] = {}
     for single in singles:
@@ -302,13 +302,13 @@ def likeliest(singles: Sequence[EvidenceHypothesis]) -> list[EvidenceHypothesis]
     return list(chosen.values())
 
 
-def exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
+def _exchanges(best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis]) -> list[Job]:
     """Return the fits in which another effect replaces one of those found before the last."""
     jobs: list[Job] = []
     taken = set(best.names)
     for k in range(len(best.candidates) - 1):
         others = best.candidates[:k] + best.candidates[k + 1 :]
-        for single in likeliest(singles)[: best.fitter.candidate_set.budget.paired]:
+        for single in _likeliest(singles)[: best.fitter.candidate_set.budget.paired]:
             candidate = single.candidates[-1]
             if candidate.name not in taken:
                 jobs.append(_beside(best, others, single))
@@ -324,7 +324,7 @@ def _beside(
     return (*others, candidate), values
 
 
-def refit_nominal(
+def _refit_nominal(
     problem: Problem,
     nominal: EvidenceHypothesis,
     tried: tuple[EvidenceHypothesis, ...],
@@ -483,7 +483,7 @@ def rivals_of(
     taken = {c.name for c in best.candidates}
     pool = {h.candidates[-1].label: h for r in search.rounds for h in r}
     ranked = sorted(
-        likeliest(sorted(pool.values(), key=lambda h: -h.score)),
+        _likeliest(sorted(pool.values(), key=lambda h: -h.score)),
         key=lambda h: (not own.resembles(h.candidates[-1]), -h.score),
     )
     jobs: list[Job] = []

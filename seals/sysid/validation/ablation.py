@@ -139,7 +139,7 @@ def replay_variants(
         alone = nominal(problem.vehicle).changed(ALONE, values, _library_for(problem, overlay))
     every = [*models, *others.values(), *([] if alone is None else [alone])]
     ruler = yardstick(problem, every)
-    replays = Replays(ruler, tell)
+    replays = _Replays(ruler, tell)
     variants = [replays.of(m) for m in models]
     last = variants[-1]
     gains = {part: fall(replays.of(m), last) for part, m in others.items()}
@@ -165,7 +165,7 @@ def compare_ends(
     below = models[: len(models) - len(overlay.parts)]
     ends = [*below, models[-1]]
     ruler = yardstick(problem, ends)
-    replays = Replays(ruler, tell)
+    replays = _Replays(ruler, tell)
     variants = tuple(replays.of(m) for m in ends)
     gains = {m.model.name: fall(m, variants[-1]) for m in variants[:-1]}
     return Ablation(
@@ -179,7 +179,7 @@ def replay_count(overlay: Overlay) -> int:
     return 1 + parts + max(parts - 1, 0) + 2 * calibrated
 
 
-class Replays:
+class _Replays:
     """Replays of several models, with a progress count."""
 
     def __init__(self, ruler: Yardstick, tell: Callable[[int], None] | None) -> None:
@@ -225,7 +225,7 @@ def numbers_in_question(
     return list(dict.fromkeys(n.name for n in found if n is not None))[:_MOST_NUMBERS]
 
 
-def _replayed(replays: Replays, model: Model) -> Misfit | None:
+def _replayed(replays: _Replays, model: Model) -> Misfit | None:
     """Replay a calibration without the effects; None if it diverges."""
     try:
         return replays.of(model)

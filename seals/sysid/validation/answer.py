@@ -10,12 +10,12 @@ from typing import Annotated, Any, TypeVar
 
 from seals.config.overrides import typed
 from seals.errors import ConfigError, LogError, refuse_unlisted
+from seals.file_names import DIAGNOSIS
 from seals.logs.native import TABLES
 from seals.schema import Within, plain, read
 from seals.sysid.candidates.activity import Moment
 from seals.untrusted_io import read_bytes, read_json
 
-ANSWER = "diagnosis.json"
 KEY = "diagnosis"
 """Key by which a diagnosis is given."""
 FORMULA = "formula"
@@ -178,10 +178,10 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
         LogError: its file may not be read.
     """
     path = Path(where)
-    path = path / ANSWER if path.is_dir() else path
+    path = path / DIAGNOSIS if path.is_dir() else path
     if not path.is_file():
         raise ConfigError(
-            f"{key}={where}: there is no {ANSWER}.\n"
+            f"{key}={where}: there is no {DIAGNOSIS}.\n"
             "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
         )
     try:

@@ -11,16 +11,18 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.config.compose import output_folder
 from seals.config.overlay import Overlay, find_overlay, load_overlay, overlay_names, read_overlay
 from seals.config.overrides import typed
-from seals.errors import ConfigError, MissingExtra, SealsError, printable, suggestion
+from seals.errors import ConfigError, MissingExtra, SealsError, printable, refuse_absent, suggestion
 from seals.field_roles import Role, roles_of
+from seals.file_names import refuse_taken
 from seals.logs.atomic import atomic_path, write_json
 from seals.logs.log import Log
-from seals.logs.run_folder import ROBOT
 from seals.report.style import CYCLE, MUTED
 from seals.run.progress import progress
 from seals.sound_numbers import refuse_undefined, trials
+from seals.sysid.data.robot_description import name_in
 from seals.sysid.data.supply import supply_words
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name, sources
@@ -46,10 +48,7 @@ def add(config: Any) -> int:
         ConfigError: something is missing, or the diagnosis gives nothing to add.
         LogError: the diagnosed log cannot be used.
     """
-    if config.diagnosis is None:
-        raise ConfigError(
-            "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
-        )
+    refuse_absent(config.diagnosis, "diagnosis", "seals add diagnosis=FOLDER name=MY_MODEL")
     target = _target(config)
     robot = f" {typed('robot', robot_name(config))}" if config.robot.folder else ""
     finding = read_answer(
@@ -133,11 +132,9 @@ def verify(config: Any) -> int:
         ConfigError: something is missing, or the model does not fit the log.
         LogError: a log cannot be used.
     """
-    from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
-    if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals verify log=FOLDER model=MY_MODEL")
+    refuse_absent(config.log, "log", "seals verify log=FOLDER model=MY_MODEL")
     if config.model is None:
         names = overlay_names()
         raise ConfigError(f"model is not given.\n{suggestion('', names, label='In models/')}")
@@ -157,7 +154,7 @@ def verify(config: Any) -> int:
     for given in places:
         log, robot = given.read()
         own = overlay.provenance.get("vehicle")
-        other = (log.meta.get(ROBOT) or log.meta.get("vehicle") or {}).get("name")
+        other = name_in(log.meta)
         if own and other and own != other:
             raise ConfigError(
                 f"model '{overlay.name}' was found on the vehicle '{own}', log '{log.name}' is of "
@@ -171,7 +168,7 @@ def verify(config: Any) -> int:
     known = known if isinstance(known, list) else [known]
     digests = logs_of({"log": sources(places[0].places)}).values()
     found = verified(overlay, problems, fitted=any(d in known for d in digests if d))
-    out = Path(config.out or HydraConfig.get().runtime.output_dir)
+    out = output_folder(config.out)
     _write(out, found, logs[0])
     print_table(found)
     print("\n".join(sentences(found)))
@@ -249,10 +246,7 @@ def _target(config: Any) -> Path:
             f"{shown}.\nAllowed: letters, digits, '_', '-' and '.', for instance name=my_model"
         )
     target = Path(str(config.folder)) / f"{name}.yaml"
-    if target.exists() and not config.replace:
-        raise ConfigError(
-            f"{target} exists already.\nTake another name, or write over it with replace=true"
-        )
+    refuse_taken(target, replace=config.replace)
     return target
 
 
@@ -362,8 +356,7 @@ def draw_acceleration(path: Path, track: AccelerationTrack, found: Verification)
     upper.legend(loc="best", frameon=False, fontsize=9)
     upper.set_title(printable(f"{found.overlay.name} on {found.ablation.name}"), fontsize=11)
     for axes in (upper, lower):
-        for side in ("top", "right"):
-            axes.spines[side].set_visible(False)
+        axes.spines[["top", "right"]].set_visible(False)
     with atomic_path(path) as beside:
         figure.savefig(beside, dpi=130, format="png")
 

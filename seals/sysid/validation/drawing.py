@@ -114,8 +114,7 @@ def _bars(axes: Any, ablation: Ablation) -> None:
         log_scale(axes, "y")
     axes.set_ylim(base, max(levels) * (2.5 if wide else 1.2))
     axes.set_xlim(-0.5, count + 0.5)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def _note(axes: Any, at: float, height: float, text: str, *, bold: bool = False) -> None:

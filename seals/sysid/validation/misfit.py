@@ -15,7 +15,7 @@ from seals.sysid.data.trajectory import Trajectory
 from seals.sysid.predictors.linearise import dynamics_along
 from seals.sysid.predictors.problem import Problem, stated_starts, transient_rows
 from seals.sysid.predictors.surface_model_error import surface_model_error
-from seals.sysid.predictors.windows import Windows, by_channel, window_rows
+from seals.sysid.predictors.windows import WHOLE, Windows, by_channel, window_rows
 from seals.sysid.validation.model import Model
 from seals.sysid.validation.replay import Track, between_rows, replay
 
@@ -25,8 +25,6 @@ _SHARE = 0.8
 """An error at a horizon is that of the rows from this share of it on."""
 _PROMPT = 1e-3
 """Delay of the inertial sensors up to which windows need not follow it [s]."""
-_ENDLESS = 1e6
-"""Length of a window that takes in a whole run [s]."""
 _KNOT = 0.05
 """Spacing of the knots of the gusts where a hull pierces the surface [s]."""
 
@@ -64,8 +62,7 @@ class Yardstick:
             dynamics,
             length=self.length,
             gusts=fitter.windows.gusts,
-            extra=None if surface_error is None else surface_error.push,
-            blur=None if surface_error is None else surface_error.blur,
+            surface_error=surface_error,
             knot=knot,
             stated=None if self.samples.posed else stated_starts(plant, trajectory),
             skip=self.skip,
@@ -129,7 +126,7 @@ _ONE_SIDED = 1.645
 
 def yardstick(problem: Problem, models: Sequence[Model]) -> Yardstick:
     """Choose common windows for all of the models."""
-    samples, length = problem.samples, _ENDLESS
+    samples, length = problem.samples, WHOLE
     if samples.posed:
         old = problem.fitter.windows
         length = old.length * samples.step

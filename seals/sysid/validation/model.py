@@ -18,7 +18,7 @@ from seals.registry import get, names
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
-from seals.sysid.predictors.plant import Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.world.drivetrain import response_of, timing_of
 
 
@@ -58,7 +58,7 @@ class Model:
         """Delay of the inertial sensors [s]."""
         return float(timing_of(self.bound).sensor_delay)
 
-    def tangent(self, samples: Samples, *, parts: int) -> tuple[Plant, dict[str, float]]:
+    def tangent(self, samples: Samples, *, parts: int) -> tuple[ExtendedModel, dict[str, float]]:
         """Return the batch dynamics of this model for linearisation, and its timing parameters.
 
         Effects too steep for explicit steps do not take part: they would make start states matter
@@ -71,7 +71,7 @@ class Model:
         effects = {n: e for n, e in self.vehicle.effects.items() if not e.stiff}
         response = response_of(self.bound)
         vehicle = replace(self.vehicle, effects=effects, lag=response.lag, fall=response.fall)
-        plant = Plant(
+        plant = ExtendedModel(
             vehicle,
             CandidateSet(effects=dict(effects), parameters={}, candidates=()),
             samples,

@@ -20,8 +20,8 @@ from seals.errors import ConfigError, refuse_unlisted
 from seals.logs.atomic import write_text
 from seals.schema import parameters_of, plain
 from seals.sysid.candidates.activity import active_words
+from seals.sysid.candidates.catalogue import formula_effect, installed, wave_laws
 from seals.sysid.candidates.parameters import Candidate
-from seals.sysid.candidates.vehicle import formula_effect, installed, wave_laws
 from seals.sysid.decision.intervals import parameters
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.predictors.problem import typical_speeds

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from seals.config.compose import job_overrides, output_folder
 from seals.config.overrides import typed
 from seals.errors import ConfigError
 from seals.file_names import short_path
@@ -29,11 +30,9 @@ def execute(config: Any) -> int | None:
         SealsError: the run cannot start, no autopilot speaks, or the run failed on the way.
         KeyboardInterrupt: the run was interrupted; what there is has been written.
     """
-    from hydra.core.hydra_config import HydraConfig
     from omegaconf import OmegaConf
 
-    hydra = HydraConfig.get()
-    first, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
+    first, overrides = output_folder(), job_overrides()
     settings = build_run(config)
     check_fields(AutopilotSettings, {k: config[k] for k in ("timeout", "speed")}, where="")
     check_tree(OmegaConf.to_object(config.hil), where="hil")

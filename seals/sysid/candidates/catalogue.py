@@ -1,4 +1,8 @@
-"""Candidate effects of an experiment: installed ones that can act on its robot in its medium."""
+"""Candidate effects of a diagnosis, from the declarations of all installed effects.
+
+Those of one log are the additions that every effect offers for its vehicle, as changes of the
+stated model; those of runs that are compared are whole effects in a medium, as `Comparison` says.
+"""
 
 from __future__ import annotations
 
@@ -8,70 +12,199 @@ from typing import Any
 
 import numpy as np
 
+from seals.arrays import Floats
 from seals.compare.settings import CompareSettings, PredictionMethod
 from seals.config.plugin_lookup import plugin_name
 from seals.effects.binding import has_hook
 from seals.effects.derived import strengths_of, unit_scale
+from seals.effects.discrepancy import SurfaceForce
 from seals.effects.effect import Effect, MediumKind
-from seals.effects.identification import Comparison, Stage, Subject
-from seals.errors import refuse_unlisted
+from seals.effects.identification import (
+    Addition,
+    Comparison,
+    Freed,
+    Identification,
+    Stage,
+    Subject,
+)
+from seals.errors import UnknownPlugin, refuse_unlisted
 from seals.robot.model import RobotModel
 from seals.schema import parameters_of
-from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.candidates.vehicle import installed
+from seals.sysid.candidates.parameters import Candidate, CandidateSet, Collector, Parameter, Waves
+from seals.sysid.data.installed import loaded
+from seals.sysid.data.known_sea import own_key, sea_laws
+from seals.sysid.data.vehicle import Vehicle
+
+_SURFACE = 0.04
+"""1-sigma of the hydrostatic force while the hull pierces the surface, as a share."""
+
 
 _FAST = 5.0
 """Typical speed where no channel tells it [m/s]."""
 
 
-def candidate_set_of(settings: CompareSettings, robot: RobotModel) -> CandidateSet:
-    """Collect the candidate effects of a configured model.
+def candidate_set_of(
+    vehicle: Vehicle,
+    *,
+    speeds: Floats,
+    logs: int = 1,
+    shortfall: float = 0.1,
+    open_loop: bool = False,
+) -> CandidateSet:
+    """Collect the tolerances and candidate effects of a vehicle from all installed effects.
+
+    Args:
+        vehicle: stated model.
+        speeds: typical speeds along the body axes [m/s], shape (3,).
+        logs: number of logs that are fitted together.
+        shortfall: typical missing share of the battery's full voltage [1].
+        open_loop: whether the rotors' speeds were computed from signals to the motors.
+    """
+    subject = replace(vehicle, speeds=speeds, shortfall=shortfall, open_loop=open_loop)
+    found: list[tuple[str, Identification, Addition]] = []
+    for name, law in installed().items():
+        known = law.identification
+        if known.in_arm is None:
+            known = replace(known, in_arm=callable(getattr(law, "joint_loads", None)))
+        found += [(name, known, a) for a in law.additions(name, subject)]
+    found += [("", Identification(), a) for a in _structure(subject)]
+    made, waves = Collector(vehicle.effects), dict[str, Waves]()
+    for law in wave_laws():
+        if vehicle.sea is not None:
+            # waves that are known leave no room for others; what goes with them may be a little off
+            inside = (replace(a, effect=None) for a in law.additions(subject))
+            found += [
+                (law.candidate, law.identification, a)
+                for a in inside
+                if a.instance in vehicle.effects
+            ]
+            continue
+        additions = [_of_each_log(law, a, logs) for a in law.additions(subject)]
+        beside = tuple(a.instance for a in additions if a.effect is not None)
+        waves |= {a.instance: Waves(law=law, beside=beside) for a in additions if a.effect is None}
+        found += [(law.candidate, law.identification, a) for a in additions]
+    for name, known, addition in sorted(found, key=lambda f: f[2].order):
+        made.take(name, known, addition)
+    return made.candidate_set(waves)
+
+
+def _of_each_log(law: Any, addition: Addition, logs: int) -> Addition:
+    """Return the candidates with separate parameters for each log where these may differ."""
+    if addition.effect is not None or logs < 2:
+        return addition
+    own = {
+        own_key(name, k): addition.parameters[name] for name in law.per_log for k in range(1, logs)
+    }
+    return replace(
+        addition,
+        parameters={**addition.parameters, **own},
+        nuisance=(*addition.nuisance, *own),
+    )
+
+
+def wave_laws() -> list[Any]:
+    """Return the classes of the waves that may be missing, see `seals.environment.waves`."""
+    return list(sea_laws().values())
+
+
+def installed() -> dict[str, type[Effect]]:
+    """Return the classes of all installed effects by name; a broken one is left out with a warning.
+
+    One that lacks an optional dependency cannot act in any model and is left out.
+    """
+    laws = loaded("effect").items()
+    return {n: law for n, law in laws if isinstance(law, type) and issubclass(law, Effect)}
+
+
+def formula_effect() -> str:
+    """Return the name of the installed effect that evaluates a fitted formula.
+
+    Raises:
+        UnknownPlugin: none is installed.
+    """
+    found = (name for name, law in installed().items() if law.identification.formula)
+    name = next(found, None)
+    if name is None:
+        raise UnknownPlugin("no installed effect takes a formula.\nInstall one: see seals doctor")
+    return name
+
+
+def _structure(subject: Subject) -> list[Addition]:
+    """Tolerances of the vehicle itself, beside those of effects."""
+    found = []
+    spread = subject.spread("torque_coefficient")
+    if len(subject.lag) and subject.rotors and spread:
+        found.append(
+            Addition(
+                instance="rotors",
+                effect=None,
+                parameters={"torque_change": Freed(tolerance=spread, scale=0.1)},
+                named=(),
+                order=(Stage.actuators, 0, 2),
+            )
+        )
+    if subject.has_water:
+        found.append(
+            Addition(
+                instance="surface",
+                effect=SurfaceForce(),
+                parameters={"share": Freed(tolerance=_SURFACE, scale=0.1)},
+                named=(),
+                order=(Stage.water, 0, 3),
+            )
+        )
+    gains = [(n, subject.servo[n]) for n in ("kp", "kd")] if subject.servo else []
+    # gains that differ from joint to joint are taken as stated
+    if gains and all(np.ptp(gain) == 0.0 for _, gain in gains):
+        parameters = {
+            n: Freed(tolerance=subject.spread(f"joint_{n}") * float(gain[0]), scale=float(gain[0]))
+            for n, gain in gains
+        }
+        found.append(
+            Addition(
+                instance="servos",
+                effect=None,
+                parameters=parameters,
+                named=(),
+                order=(Stage.joints, 0, 0),
+            )
+        )
+    return found
+
+
+def candidates_of_runs(settings: CompareSettings, robot: RobotModel) -> CandidateSet:
+    """Collect the candidate effects of a configured model, for runs that are compared.
 
     Raises:
         ConfigError: ``rivals`` or ``naming`` name something that is not there.
     """
     nominal = _nominal(settings)
     sizes = _Sizes(settings, robot)
-    effects: dict[str, Effect] = {n: settings.effects[n] for n in nominal}
-    keys = {
-        f"{n}.{p}": _parameter(
-            settings.effects[n], f"{n}.{p}", nominal=float(getattr(settings.effects[n], p))
-        )
-        for n in nominal
-        for p in parameters_of(settings.effects[n])
-    }
-    tolerances = _tolerances(settings, keys)
-    found: list[Candidate] = []
+    made = Collector({n: settings.effects[n] for n in nominal})
+    made.parameters = _stated(settings, nominal)
+    both = settings.environment.water_level is not None
     taken: set[tuple[Any, ...]] = set()
     for instance, effect in _offered(settings, robot, nominal).items():
-        name = name_of(effect)
+        name = _name_of(effect)
         law = (name, getattr(effect, "medium", None), tuple(effect.links))
         if law in taken:
             continue
         taken.add(law)
-        effects[instance] = replace(effect, correction=True)
-        both = settings.environment.water_level is not None
+        made.effects[instance] = replace(effect, correction=True)
         for candidate in _split(name, instance, effect, both=both):
-            free = tuple(k for k in candidate.keys if k not in tolerances)
-            for key in free:
-                keys[key] = sizes.parameter(effect, key, instance in nominal)
-            if free:
-                found.append(replace(candidate, keys=free))
-    own = {k: keys.pop(k) for k in tolerances}
-    return CandidateSet(
-        effects=effects,
-        nominal=tuple(nominal),
-        parameters=own | keys,
-        candidates=tuple(_chosen(found, settings.rivals)),
-    )
+            if candidate.keys:
+                made.parameters |= {k: sizes.parameter(effect, k) for k in candidate.keys}
+                made.candidates.append(candidate)
+    made.candidates = _chosen(made.candidates, settings.rivals)
+    return replace(made.candidate_set({}), nominal=tuple(nominal))
 
 
-def name_of(effect: Effect) -> str:
+def _name_of(effect: Effect) -> str:
     """Return the name of an effect among the candidates.
 
     Example:
         >>> from seals.registry import get
-        >>> name_of(get("effect", "lift").load()())
+        >>> _name_of(get("effect", "lift").load()())
         'lift'
     """
     law = type(effect)
@@ -89,16 +222,21 @@ def _nominal(settings: CompareSettings) -> list[str]:
     return [*names, *(n for n in drives if n in settings.effects and n not in names)]
 
 
-def _tolerances(settings: CompareSettings, keys: dict[str, Parameter]) -> tuple[str, ...]:
-    out = []
+def _stated(settings: CompareSettings, nominal: Sequence[str]) -> dict[str, Parameter]:
+    """Parameters of the stated model, those with a tolerance first."""
+    keys = {
+        f"{n}.{p}": _parameter(effect, f"{n}.{p}", nominal=float(getattr(effect, p)))
+        for n, effect in ((n, settings.effects[n]) for n in nominal)
+        for p in parameters_of(effect)
+    }
+    own: dict[str, Parameter] = {}
     for full, spread in settings.naming.tolerances.items():
         key = str(full).removeprefix("effects.")
         refuse_unlisted(
             key, keys, f"naming.tolerances: '{full}' is not a parameter of the stated model"
         )
-        keys[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
-        out.append(key)
-    return tuple(out)
+        own[key] = replace(keys[key], tolerance=float(spread), scale=float(spread))
+    return own | {k: p for k, p in keys.items() if k not in own}
 
 
 def _parameter(effect: Effect, key: str, *, nominal: float) -> Parameter:
@@ -115,11 +253,11 @@ def _offered(
         for n, e in settings.effects.items()
         if n not in nominal and "weight" not in e.accounts_for
     }
-    held = {(name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
+    held = {(_name_of(settings.effects[n]), _medium(settings.effects[n])) for n in nominal}
     for name, law, options in _installed(settings, robot):
         medium = options.get("medium")
         configured = any(
-            name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
+            _name_of(e) == name and _medium(e) in (medium, MediumKind.any) for e in out.values()
         )
         rules = law.identification.compared
         if configured or ((name, medium) in held and rules is not None and rules.whole):
@@ -216,13 +354,11 @@ class _Sizes:
             speeds=np.full(3, _FAST),
         )
 
-    def parameter(self, effect: Effect, key: str, nominal: bool) -> Parameter:
+    def parameter(self, effect: Effect, key: str) -> Parameter:
         """Return one parameter of a candidate: nominal value, start, scale and bounds."""
         law, name = type(effect), key.partition(".")[2]
         rules = law.identification.compared
-        off = float(getattr(effect, name)) if nominal else 0.0
-        if rules is not None and rules.whole:
-            off = -self.subject.volume
+        off = -self.subject.volume if rules is not None and rules.whole else 0.0
         scale = self._scale(law, name)
         # some laws have a corner at zero: a glide without any lift holds its axis, a lag far
         # shorter than a step or a damping far from resonance changes nothing

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
@@ -55,7 +55,7 @@ class Held(Enum):
     row = "what is in force at the row itself"
 
 
-class Plant:
+class ExtendedModel:
     """Model of a vehicle with all candidate parameters, evaluated at rows of a log.
 
     Args:
@@ -83,11 +83,10 @@ class Plant:
         )
         self._nominal = tuple(vehicle.effects)
         self._sets: dict[frozenset[str], EffectSet] = {}
-        self._alone: dict[frozenset[str], EffectSet] = {}
         self._drives: dict[tuple[float, float, float], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
-        self._stiff = {n for n, e in effects.items() if e.stiff and of_joints_alone(e)}
+        self._stiff = {n for n, e in effects.items() if e.stiff and _of_joints_alone(e)}
         self._quiet = {
             n
             for n, e in effects.items()
@@ -102,7 +101,16 @@ class Plant:
         self.activity: Mapping[str, Activity] = {}
         self._weights: dict[bool, dict[str, Floats]] = {False: {}, True: {}}
 
-    def acting(self, candidates: Sequence[Candidate]) -> Plant:
+    def of(self, candidate_set: CandidateSet, *, parts: int = 0) -> ExtendedModel:
+        """Return the model of the same vehicle and log with other candidates, or finer steps.
+
+        Args:
+            candidate_set: parameters and instances.
+            parts: integration steps per row; as many as here when left out.
+        """
+        return ExtendedModel(self.vehicle, candidate_set, self.samples, parts=parts or self.parts)
+
+    def acting(self, candidates: Sequence[Candidate]) -> ExtendedModel:
         """Return the plant with some effects restricted to their active times."""
         activity = {k: c.activity for c in candidates if c.activity for k in c.all_keys}
         if activity == self.activity:
@@ -210,7 +218,7 @@ class Plant:
             used |= set(self.candidate_set.waves[instance].beside)
         if not stiff:
             used -= self._stiff
-        bound = self._bound(frozenset(used & set(self.candidate_set.effects)))
+        bound = self._bound(used & set(self.candidate_set.effects))
         changes = self.applied(values, batch, over_steps=over_steps).items()
         given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in bound.index}
         waves = self._waves(values, batch)
@@ -220,21 +228,13 @@ class Plant:
         twin.evaluator.fed = self.samples.voltage is not None
         return twin
 
-    def _bound(self, used: frozenset[str]) -> EffectSet:
-        """Bind the effects of the stated model and some more, once for each choice."""
-        if used not in self._sets:
-            effects = self.candidate_set.effects
-            chosen = {n: e for n, e in effects.items() if n in self._nominal or n in used}
-            self._sets[used] = bind_effects(chosen, self.vehicle.robot.links)
-        return self._sets[used]
-
-    def _bound_alone(self, used: set[str]) -> EffectSet:
-        """Bind some effects without the stated model, once for each choice."""
-        key = frozenset(used)
-        if key not in self._alone:
-            chosen = {n: e for n, e in self.candidate_set.effects.items() if n in used}
-            self._alone[key] = bind_effects(chosen, self.vehicle.robot.links)
-        return self._alone[key]
+    def _bound(self, used: Collection[str], *, alone: bool = False) -> EffectSet:
+        """Bind some effects, beside those of the stated model or alone, once for each choice."""
+        chosen = frozenset(used) if alone else frozenset((*self._nominal, *used))
+        if chosen not in self._sets:
+            effects = {n: e for n, e in self.candidate_set.effects.items() if n in chosen}
+            self._sets[chosen] = bind_effects(effects, self.vehicle.robot.links)
+        return self._sets[chosen]
 
     def total(self, key: str, change: Any) -> Any:
         """Value of a parameter: that of its instance plus the change."""
@@ -344,7 +344,7 @@ class Plant:
             return None
         changes = self.applied(values, len(rates)).items()
         given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in used}
-        bound = self._bound_alone(used).with_values(given, np.zeros(1), len(rates))
+        bound = self._bound(used, alone=True).with_values(given, np.zeros(1), len(rates))
         joints, inputs = Joints(rates * 0.0, rates), Inputs(0.0, rates * 0.0)
         torque = np.zeros_like(rates)
         for b in bound.joint_loads:
@@ -371,7 +371,7 @@ class Plant:
         changes = self.applied(values, len(state.angular_velocity)).items()
         given = {k: v for k, v in changes if k.partition(".")[0] in sensors}
         rows = len(state.angular_velocity)
-        bound = self._bound_alone(sensors).with_values(given, np.zeros(1), rows)
+        bound = self._bound(sensors, alone=True).with_values(given, np.zeros(1), rows)
         for b in sorted(bound.measures, key=lambda b: b.effect.order):
             reading = b.hooks.measure(reading, b.params)
         return reading
@@ -385,12 +385,12 @@ class Plant:
             return None
         changes = self.applied(values, rows).items()
         given = {k: self.total(k, v) for k, v in changes if k.partition(".")[0] in self._turning}
-        bound = self._bound_alone(self._turning).with_values(given, np.zeros(1), rows)
+        bound = self._bound(self._turning, alone=True).with_values(given, np.zeros(1), rows)
         turns = [b.hooks.pose_turn(b.params) for b in bound.bound]
         return np.broadcast_to(np.sum(turns, axis=0), (rows, 3))
 
 
-def of_joints_alone(effect: Effect) -> bool:
+def _of_joints_alone(effect: Effect) -> bool:
     """Return true if a law's torque depends on the joints alone, not on motion and medium."""
     return has_hook(effect, "joint_loads") and not names_any(
         effect, "joint_loads", ("motion", "medium")
