@@ -13,7 +13,7 @@ from dataclasses import replace
 from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.decision.evidence import EvidenceAnswer
 from seals.sysid.decision.moved_numbers import MovedNumber
-from seals.sysid.predictors.extended_model import ExtendedModel as Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.problem import Linearisation, Problem
 from seals.sysid.scores.held_out import held_out_misfit
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
@@ -68,7 +68,7 @@ def with_exact(problem: Problem, keys: Iterable[str], *, found: int = 0) -> Prob
     effects = max(known.budget.effects, min(found + more, _MOST))
     budget = replace(known.budget, effects=effects)
     exact = replace(known, parameters=parameters, budget=budget)
-    plant = Plant(problem.vehicle, exact, problem.samples, parts=problem.plant.parts)
+    plant = ExtendedModel(problem.vehicle, exact, problem.samples, parts=problem.plant.parts)
     fitter = Linearisation.of(problem.fitter).fitter(plant)
     return replace(problem, plant=plant, fitter=fitter)
 

@@ -21,7 +21,7 @@ from seals.effects.discrepancy import DragExponent
 from seals.effects.effect import Effect, MediumKind
 from seals.sysid.candidates.activity import Activity, Moment, Span
 from seals.sysid.candidates.parameters import Candidate, CandidateSet, Parameter
-from seals.sysid.predictors.extended_model import ExtendedModel as Plant
+from seals.sysid.predictors.extended_model import ExtendedModel
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.problem import Problem, linearise_model, typical_speeds
 from seals.sysid.residual_force.conditions import conditions
@@ -118,7 +118,9 @@ def fitted_change(
     return float(fit.values[key]), fit.robust_spread(key)
 
 
-def _extended(problem: Problem, known: CandidateSet, name: str, effect: Effect, key: str) -> Plant:
+def _extended(
+    problem: Problem, known: CandidateSet, name: str, effect: Effect, key: str
+) -> ExtendedModel:
     """Return the plant with one more effect and its parameter."""
     free = Parameter(key=key, scale=problem.policy.other_power, bounds=(-2.0, 4.0))
     wider = replace(
@@ -126,7 +128,7 @@ def _extended(problem: Problem, known: CandidateSet, name: str, effect: Effect, 
         effects={**known.effects, name: effect},
         parameters={**known.parameters, key: free},
     )
-    return Plant(problem.vehicle, wider, problem.samples, parts=problem.plant.parts)
+    return ExtendedModel(problem.vehicle, wider, problem.samples, parts=problem.plant.parts)
 
 
 def _medium(law: Effect) -> MediumKind:
