@@ -240,20 +240,61 @@ class CompiledBody(RigidBody, Protocol):
         """Return whether the next steps can be made by a program of `write_step`."""
         ...
 
-    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
-        """Return the two arguments of `leapt`, the second with all three parts."""
+    @property
+    def touching(self) -> bool:
+        """Whether something touched in the last step: `landed` follows then, not `leapt`."""
+        ...
+
+    def landed(self, native: Sequence[Array]) -> tuple[Sequence[Array], list[Array]]:
+        """Return what `leapt` does, after a step in which something touched; pure.
+
+        The mean velocity of the step stands for that half a step ago.
+
+        Args:
+            native: state of the engine after its step, velocities in world axes.
+        """
+        ...
+
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        """Return the two arguments of `leapt`, the second with all three parts.
+
+        Where something touched that of `landed`, and nothing.
+        """
         ...
 
     def native_places(self) -> list[int]:
         """Return the addresses of the engine's state, whose last two the results of `leapt` set."""
         ...
 
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `landed` takes.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+        """
+        ...
+
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
             loads: places of the results of `compiled_law`, with their lengths.
+            touching: whether something touches in it; refused where that is not so.
+
+        Returns:
+            Place and length of a record of the contacts, for `note_contacts`; None for none.
+        """
+        ...
+
+    def note_contacts(self, record: Floats, began: LinksAt) -> None:
+        """Note the contacts of a step.
+
+        Args:
+            record: of them.
+            began: the links where the step began.
         """
         ...
 
@@ -271,8 +312,13 @@ class CompiledBody(RigidBody, Protocol):
         """Prepare for steps by a program."""
         ...
 
-    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
-        """Note the steps that a program has made: `followed` and what `leapt` found at the end."""
+    def end_alone(
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None
+    ) -> None:
+        """Note the steps that a program has made: `followed` and what `leapt` found at the end.
+
+        ``middle`` is None where something touched; `note_contacts` follows.
+        """
         ...
 
 

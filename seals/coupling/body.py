@@ -325,6 +325,15 @@ class CoupledBody(BodyOptions):
         written = engine.write_law(place, turn, state[3], state[2])
         return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
 
+    def landed(self, native: Sequence[Array]) -> tuple[Sequence[Array], list[Array]]:
+        """Return the state after a step in which something touched; pure."""
+        engine: Any = self.engine
+        place, turn, raw, joints = engine.read_world(*native)
+        # written so that a motion that is not a number is refused as well
+        wrong = ~(namespace(raw).sum(raw * raw) <= engine.top_speed**2)
+        state, written = (place, turn, joints, raw, raw), native[-2:]
+        return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
+
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity as the engine keeps them."""
         engine: Any = self.engine
@@ -389,16 +398,24 @@ class CoupledBody(BodyOptions):
         self._began = links
         return self._forces.give(form[0], results, links)
 
+    @property
+    def touching(self) -> bool:
+        """Whether something touched in the last step."""
+        return self._contacts.any
+
     def steps_alone(self) -> bool:
         """Return whether `write_step` can be used now, see `seals.backend.CompiledBody`."""
-        ready = self._second_order and self._speed.middle is not None and self._follow is not None
+        known = self._speed.middle is not None or self._contacts.any
+        ready = self._second_order and known and self._follow is not None
         if self._alone is None and ready:
             self._alone = isinstance(self._forces, SolvedForces) and self._forces.steps_alone()
         return ready and bool(self._alone)
 
-    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Return the engine's state, and velocity, joints and velocity half a step ago."""
         engine: Any = self.engine
+        if self._contacts.any:
+            return engine.native(), ()
         assert self._speed.middle is not None
         return engine.native(), (self._speed.now, self._joints, self._speed.middle)
 
@@ -408,12 +425,21 @@ class CoupledBody(BodyOptions):
         found: list[int] = engine.native_places()
         return found
 
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
         # joint forces come first, the base's rows of the inertia last
         last = len(loads) - 1 if self._limits and self._base else len(loads)
-        engine.write_step(program, loads[:last])
+        found: tuple[Any, int] | None = engine.write_step(program, loads[:last], touching=touching)
+        return found
+
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `landed` takes."""
+        engine: Any = self.engine
+        found: list[Any] = engine.write_world(program)
+        return found
 
     def reaches_stop(self, joints: Array, speed: Array, step: float) -> Array | None:
         """Return whether `compiled_form` would refuse the next step; pure.
@@ -438,12 +464,19 @@ class CoupledBody(BodyOptions):
         engine: Any = self.engine
         engine.begin_alone()
 
-    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
+    def end_alone(
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None
+    ) -> None:
         """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
         cast("SolvedForces", self._forces).note(engine.end_alone())
         self._contacts.note(None, None)
         self.followed, self._joints, self._speed = followed, joints, HalfStep(now, middle)
+
+    def note_contacts(self, record: Floats, began: LinksAt) -> None:
+        """Note the contacts of a step by `write_step`."""
+        engine: Any = self.engine
+        self._contacts.note(engine.contacts_of(record), began)
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.

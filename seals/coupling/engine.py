@@ -323,15 +323,33 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         """Return the addresses of the numbers that `native` returns, each side by side."""
         ...
 
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine under loads, for machine code that makes many of them.
 
-        Refused where contacts, or drives at their limits, ask for more than one solution.
+        Refused where contacts are not as said, or drives at their limits ask for more solutions.
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
             loads: places of the joint forces and of the results of `compiled_law`, with lengths.
+            touching: whether something touches in the step.
+
+        Returns:
+            Place and length of a record of the contacts, see `contacts_of`; None for no contacts.
         """
+        ...
+
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `read_world` takes."""
+        ...
+
+    def read_world(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return what `read_law` does, of velocities in world axes; pure."""
+        ...
+
+    def contacts_of(self, record: Floats) -> ContactPoints | None:
+        """Return the contacts in a step by its record, copies."""
         ...
 
     def begin_alone(self) -> None:

@@ -520,16 +520,23 @@ class Actor:
         """Sample the sensors at the ends of steps that were made at once."""
         pilot, suite, times = self.pilot, self.sensor_suite, history.times
         # only the last of the readings is told the pilot, unless they tell where the robot is
-        if pilot is None or pilot.sense == TRUTH:
+        felt = history.passed.contacts
+        if felt is None and (pilot is None or pilot.sense == TRUTH):
             links = history.passed.links if keep else None
             found = suite.catch_up(times, rng, step, links)
             if found is not None:
                 history.readings = [(slice(0, len(times)), found)]
                 return
+        body, began = cast("CompiledBody", self.body), history.passed.began
         for k, look in enumerate(history.passed.looks()):
+            if felt is not None:
+                body.note_contacts(felt[k], began)
             self._sensed(Instant(look.time, step, look.seen, look.felt), rng)
+            began = look
             if keep:
                 history.readings.append((k, self.readings))
+        if felt is not None:
+            body.note_contacts(felt[-1], began)
 
     def _sensed(self, now: Instant, rng: np.random.Generator) -> None:
         """Sample the sensors that are due at an instant, and pass arriving readings on."""

@@ -1,8 +1,9 @@
 """Steps of one robot that follow each other without Python: laws, engine and motion as one loop.
 
 A stretch lasts until the controller is due, a command arrives, a sensor wants to read, or a step
-takes another form: the hulls are wetted in another way, something touches, a joint comes to its
-stop, a drive to its limit. The step that does is refused and made one by one, see `World.advance`.
+takes another form: the hulls are wetted in another way, something touches or nothing does any more,
+a joint comes to its stop, a drive to its limit. The step that does is refused and made one by one,
+see `World.advance`.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ class Form:
     kernel: Kernel
     remembered: list[str]
     turning: list[str]
-    stretches: dict[LoopedCommand | None, Stretch] = field(default_factory=dict)
+    stretches: dict[tuple[LoopedCommand | None, bool], Stretch] = field(default_factory=dict)
 
     def told(
         self, row: Floats, results: list[Floats], memory: Mapping[str, Floats]
@@ -149,6 +150,8 @@ class Passed(NamedTuple):
         laws: memory, speeds and supply, of the results of the laws, shape (N, numbers).
         orders: what the loop commanded the drives, shape (N, n); None where it did not.
         velocities: of the place that it led to, shape (N, 3); None likewise.
+        contacts: records of them, and of those in the step after; None where nothing touched.
+        began: the links where the first step began.
     """
 
     stretch: Stretch
@@ -157,13 +160,18 @@ class Passed(NamedTuple):
     laws: Floats
     orders: Floats | None
     velocities: Floats | None
+    contacts: Floats | None
+    began: Look
 
     def looks(self) -> list[Look]:
         """Return the links at the ends of the steps."""
+        return [self.look(k) for k in range(len(self.times))]
+
+    def look(self, k: int) -> Look:
+        """Return the links at the end of a step."""
         tree, layout = self.stretch.tree, self.stretch.layout
-        # of their own memory: the next stretch writes to the same place
-        rows = zip(self.times, self._leapt(0).copy(), strict=True)
-        return [Look(tree, time, block, layout, "none", True) for time, block in rows]
+        # of its own memory: the next stretch writes to the same place
+        return Look(tree, self.times[k], self._leapt(0)[k].copy(), layout, "none", True)
 
     def links(self, name: str) -> Floats:
         """Return an array of `seals.world.compiled_links.Layout`, a row for each step."""
@@ -251,12 +259,15 @@ class Stretch:
         form: the laws of its loads.
         leap: the law of the motion.
         command: that is given in the loop, or None.
+
+    Attributes:
+        touching: whether something touches in all of them.
     """
 
     def __init__(
         self, parts: Parts, ready: Ready, form: Form, leap: Kernel, command: LoopedCommand | None
     ) -> None:
-        self.command = command
+        self.command, self.touching = command, parts.body.touching
         self._parts, self._form, self._key = parts, form, ready.key
         self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
         self._commands = [x is not None for x in ready.commands]
@@ -271,16 +282,17 @@ class Stretch:
         self.remembered = dict(zip(form.remembered, results[1:last], strict=True))
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
         asked = 0 if command is None else command.law.kernel.views[1][command.law.order].size
-        widths = (leap.memory[1].size, self._beyond - self.first, asked, 3)
-        self._tapes = [np.zeros((MOST, width)) for width in widths]
-        self._addresses = [tape.ctypes.data for tape in self._tapes]
+        self._widths = [leap.memory[1].size, self._beyond - self.first, asked, 3]
         self._loop = self._written()
+        self._tapes = [np.zeros((MOST, width)) for width in self._widths]
+        self._addresses = [tape.ctypes.data for tape in self._tapes]
         kept = self.remembered
         self._memories = {name: kept[name] for name in self._names if name in kept}
         self._speeds = dict(zip(form.turning, results[last:], strict=False))
         self._supply = results[last + len(form.turning) :][:2]
         self._end: Floats | None = None
         self._memory: Mapping[str, Floats] = ready.memory
+        self._began = ready.look
 
     def continues(self, look: Look, memory: Mapping[str, Floats]) -> bool:
         """Return whether the next step follows the last one here, and has its form.
@@ -307,7 +319,7 @@ class Stretch:
             memory = ready.memory.values()
             self._loads.kernel.put([ready.look.block, ready.time, *commands, *memory])
             self._leap.kernel.put(given)
-        self._memory = ready.memory
+        self._memory, self._began = ready.memory, ready.look
         if self._goal:
             now, goal = self._after.kernel.places[3:]
             now[...], goal[...] = ready.commands[3], self._parts.drivetrain.goal
@@ -332,17 +344,22 @@ class Stretch:
         times = [(first + k) * step for k in range(steps + 1)]
         ledger.append(times[:-1])
         if steps > 1:
-            leaps, laws, orders, velocities = (tape[: steps - 1] for tape in self._tapes)
+            leaps, laws, orders, velocities, *_ = (tape[: steps - 1] for tape in self._tapes)
             led = self.command is not None and self.command.led
             passed = Passed(
                 *(self, times[1:-1], leaps, laws),
                 orders if self.command is not None else None,
                 velocities if led else None,
+                self._tapes[-1][:steps] if self.touching else None,
+                self._began,
             )
         found, views = self._leap.out.copy(), self._leap.kernel.views[1]
         end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
         self._end = end
-        body.end_alone(end, joints, now, middle)
+        body.end_alone(end, joints, now, None if self.touching else middle)
+        if self.touching:
+            began = self._began if passed is None else passed.look(steps - 2)
+            body.note_contacts(self._tapes[-1][steps - 1], began)
         return self._made(steps, passed)
 
     def _made(self, steps: int, passed: Passed | None) -> Made:
@@ -383,7 +400,8 @@ class Stretch:
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
-        program = Program(len(self._tapes) + 1)
+        # the ledger's rows, then what is told of the steps
+        program = Program(len(self._widths) + 1 + self.touching)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
         if self.command is not None:
@@ -395,17 +413,23 @@ class Stretch:
         program.tell_time(loads.argument(program, 1)[0], step, 0)
         program.run(loads.kernel)
         count = len(loads.kernel.views[1])
-        body.write_step(program, [loads.result(program, k) for k in range(first + 2, count)])
-        places = body.native_places()
-        for k, address in enumerate(places):
+        given = [loads.result(program, k) for k in range(first + 2, count)]
+        contacts = body.write_step(program, given, touching=self.touching)
+        own = [program.address(x) for x in body.native_places()]
+        places = own if contacts is None else body.write_world(program)
+        for k, at in enumerate(places):
             place, size = leap.argument(program, k)
-            program.copy(place, program.address(address), size)
-        program.tell_time(leap.argument(program, len(places) + 3)[0], step, 1)
+            program.copy(place, at, size)
+        program.tell_time(leap.argument(program, self._past(len(places)))[0], step, 1)
         program.run(leap.kernel)
         program.refuse_if(leap.result(program, 6)[0])
         program.accept()
-        for k, address in enumerate(places[-2:]):
-            program.copy(program.address(address), *leap.result(program, 1 + k))
+        if contacts is None:
+            for k, at in enumerate(own[-2:]):
+                program.copy(at, *leap.result(program, 1 + k))
+        else:
+            self._widths.append(contacts[1])
+            program.record(5, contacts)
         loads.accept(program)
         leap.accept(program)
         if self.command is not None:
@@ -419,6 +443,10 @@ class Stretch:
         self._write_between(program)
         return program.compiled()
 
+    def _past(self, native: int) -> int:
+        """Number of the argument of the law of the motion that is the time; the past follows."""
+        return native + (0 if self.touching else 3)
+
     def _write_next(self, program: Program, native: int, first: int) -> None:
         """Write what the next step begins with.
 
@@ -431,12 +459,12 @@ class Stretch:
         block, _ = leap.result(program, 0)
         program.copy(loads.argument(program, 0)[0], *leap.result(program, 0))
         # velocity, joints and the velocity half a step earlier, in the order of `leapt`
-        for k, result in enumerate((4, 3, 5)):
+        for k, result in enumerate(() if self.touching else (4, 3, 5)):
             program.copy(leap.argument(program, native + k)[0], *leap.result(program, result))
         # the mean speed over the step, then the links with their motion
         for k, name in enumerate(("rotations", "arms", "axes", "means")):
             start, size = layout.span(name)
-            place = leap.argument(program, native + 4 + k)[0]
+            place = leap.argument(program, self._past(native) + 1 + k)[0]
             program.copy(place, block._replace(start=block.start + start), size)
         for name, result in (("voltage", first), ("drive", first + 1)):
             place, size = loads.result(program, result)
