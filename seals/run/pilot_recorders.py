@@ -128,8 +128,9 @@ class Commands(_TableRecorder):
         rows, commands = self._rows.values[first - 1 : first - 1 + len(past.times)], past.commands()
         if commands is not None:
             rows[:, : self._drives] = commands
-        if past.joint_command is not None:
-            rows[:, self._drives :] = past.joint_command[0]
+        joints = past.joint_commands()
+        if joints is not None:
+            rows[:, self._drives :] = joints
 
 
 GAP = 0.1

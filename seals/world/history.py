@@ -57,10 +57,10 @@ class History:
         first = self._given.command
         return None if first is None else self._changing(first, self.passed.orders)
 
-    @property
-    def joint_command(self) -> Floats | None:
-        """Commanded positions of the joints in all of them, shape (1, J); None for none."""
-        return self._given.joints
+    def joint_commands(self) -> Floats | None:
+        """Return commanded positions of the joints in each step, shape (N, J); None for none."""
+        first = self._given.joints
+        return None if first is None else self._changing(first, self.passed.targets)
 
     @property
     def aim(self) -> Reference | None:

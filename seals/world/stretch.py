@@ -150,6 +150,7 @@ class Passed(NamedTuple):
         laws: memory, speeds and supply, of the results of the laws, shape (N, numbers).
         orders: what the loop commanded the drives, shape (N, n); None where it did not.
         velocities: of the place that it led to, shape (N, 3); None likewise.
+        targets: what it commanded the joints, shape (N, J); None likewise.
         contacts: records of them, and of those in the step after; None where nothing touched.
         began: the links where the first step began.
     """
@@ -160,6 +161,7 @@ class Passed(NamedTuple):
     laws: Floats
     orders: Floats | None
     velocities: Floats | None
+    targets: Floats | None
     contacts: Floats | None
     began: Look
 
@@ -272,8 +274,11 @@ class Stretch:
         self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
         self._commands = [x is not None for x in ready.commands]
         self._names = list(ready.memory)
-        self._goal = self._commands[3] and parts.drivetrain.goal is not None
-        self._after = _Law.of(self._between(ready, goal=self._goal))
+        self._after = _Law.of(self._between(ready))
+        self._mover: Kernel | None = None
+        if self._commands[3] and parts.drivetrain.goal is not None:
+            step, both = ready.key[-1], [(1, parts.body.robot.tree.joints)] * 2
+            self._mover = compiled(lambda x, y: [parts.drivetrain.moved(x, y, step)], both)
         self.tree, self.layout = parts.body.robot.tree, parts.links.layout
         self.body, self.leapt = parts.body, leap.views[1]
         results = form.kernel.views[1]
@@ -281,8 +286,8 @@ class Stretch:
         last = 1 + len(form.remembered)
         self.remembered = dict(zip(form.remembered, results[1:last], strict=True))
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
-        asked = 0 if command is None else command.law.kernel.views[1][command.law.order].size
-        self._widths = [leap.memory[1].size, self._beyond - self.first, asked, 3]
+        commanded = (0, 0, 0) if command is None else command.widths
+        self._widths = [leap.memory[1].size, self._beyond - self.first, *commanded]
         self._loop = self._written()
         self._tapes = [np.zeros((MOST, width)) for width in self._widths]
         self._addresses = [tape.ctypes.data for tape in self._tapes]
@@ -320,9 +325,8 @@ class Stretch:
             self._loads.kernel.put([ready.look.block, ready.time, *commands, *memory])
             self._leap.kernel.put(given)
         self._memory, self._began = ready.memory, ready.look
-        if self._goal:
-            now, goal = self._after.kernel.places[3:]
-            now[...], goal[...] = ready.commands[3], self._parts.drivetrain.goal
+        if self._mover is not None:
+            self._mover.places[1][...] = self._parts.drivetrain.goal
 
     def run(self, first: int, most: int, calls: int, ledger: Ledger) -> Made | None:
         """Make steps, their rows in the ledger; None where the first one is refused.
@@ -344,12 +348,11 @@ class Stretch:
         times = [(first + k) * step for k in range(steps + 1)]
         ledger.append(times[:-1])
         if steps > 1:
-            leaps, laws, orders, velocities, *_ = (tape[: steps - 1] for tape in self._tapes)
-            led = self.command is not None and self.command.led
+            leaps, laws, *told = (tape[: steps - 1] for tape in self._tapes[:5])
+            there = (False,) * 3 if self.command is None else self.command.tells
             passed = Passed(
                 *(self, times[1:-1], leaps, laws),
-                orders if self.command is not None else None,
-                velocities if led else None,
+                *(tape if some else None for tape, some in zip(told, there, strict=True)),
                 self._tapes[-1][:steps] if self.touching else None,
                 self._began,
             )
@@ -375,22 +378,18 @@ class Stretch:
         speeds = Views(out, self._speeds)
         return Made(steps, self._memory, speeds, supply, drive, voltage, held, asked, passed)
 
-    def _between(self, ready: Ready, *, goal: bool) -> Kernel:
-        """Compile what is asked between two steps: whether the form changes; what servos hold."""
-        links, body, train = self._parts
+    def _between(self, ready: Ready) -> Kernel:
+        """Compile what is asked between two steps: whether the form changes."""
+        links, body, _ = self._parts
         *_, state, step = ready.key
         joints, degrees = ready.look.joints.shape[1], body.robot.degrees
 
-        def law(extent: Array, place: Array, speed: Array, *held: Array) -> list[Array]:
+        def law(extent: Array, place: Array, speed: Array) -> list[Array]:
             changes = links.changes(state, extent[0], extent[1])
             stops = body.reaches_stop(place, speed, step)
-            changes = changes if stops is None else changes | stops
-            if not held:
-                return [changes]
-            now, goal = held
-            return [changes, train.moved(now, goal, step)]
+            return [changes if stops is None else changes | stops]
 
-        return compiled(law, [(2,), (joints,), (degrees,), *[(1, joints)] * (2 * goal)])
+        return compiled(law, [(2,), (joints,), (degrees,)])
 
     def _argument(self, program: Program, name: str) -> tuple[Place, int]:
         """Place of a command among the arguments of the laws."""
@@ -404,12 +403,7 @@ class Stretch:
         program = Program(len(self._widths) + 1 + self.touching)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
-        if self.command is not None:
-            block, _ = loads.argument(program, 0)
-            drive, held = (self._argument(program, name)[0] for name in ("drive", "held"))
-            battery = self._argument(program, "voltage")[0] if self._commands[2] else None
-            with program.every(self.command.every):
-                self.command.write(program, Given(block, drive, battery, held))
+        self._write_command(program)
         program.tell_time(loads.argument(program, 1)[0], step, 0)
         program.run(loads.kernel)
         count = len(loads.kernel.views[1])
@@ -429,7 +423,7 @@ class Stretch:
                 program.copy(at, *leap.result(program, 1 + k))
         else:
             self._widths.append(contacts[1])
-            program.record(5, contacts)
+            program.record(len(self._widths), contacts)
         loads.accept(program)
         leap.accept(program)
         if self.command is not None:
@@ -438,10 +432,33 @@ class Stretch:
         program.record(1, (program.out(leap.kernel), leap.out.size))
         program.record(2, (program.out(loads.kernel, self.first), self._beyond - self.first))
         if self.command is not None:
-            self.command.record(program, (3, 4))
+            self.command.record(program, (3, 4, 5))
         self._write_next(program, len(places), first)
         self._write_between(program)
         return program.compiled()
+
+    def _write_command(self, program: Program) -> None:
+        """Write a command, where one is due, and what the servos hold from then on."""
+        names = ("drive", "voltage", "position", "held")
+        there = (self._commands[k] for k in (1, 2, 3, 4))
+        places = {
+            name: self._argument(program, name)[0] if some else None
+            for name, some in zip(names, there, strict=True)
+        }
+        goal = held = places["position"]
+        if self._mover is not None:
+            goal = program.given(self._mover, self._mover.views[0][1].start)
+        if self.command is not None:
+            block, _ = self._loads.argument(program, 0)
+            with program.every(self.command.every):
+                given = *(places[x] for x in ("drive", "voltage", "held")), goal
+                self.command.write(program, Given(block, *given))
+        if self._mover is not None and held is not None:
+            size = self._mover.views[0][0].size
+            with program.every(1):
+                program.copy(program.given(self._mover), held, size)
+                program.run(self._mover)
+                program.copy(held, program.out(self._mover), size)
 
     def _past(self, native: int) -> int:
         """Number of the argument of the law of the motion that is the time; the past follows."""
@@ -484,8 +501,4 @@ class Stretch:
         for k, result in enumerate((3, 4)):
             program.copy(after.argument(program, 1 + k)[0], *leap.result(program, result))
         program.run(after.kernel)
-        if self._goal:
-            place, size = self._argument(program, "position")
-            program.copy(place, after.result(program, 1)[0], size)
-            program.copy(after.argument(program, 3)[0], *after.result(program, 1))
         program.end_if(after.result(program, 0)[0])
