@@ -225,16 +225,9 @@ class Views(Mapping[str, Floats]):
 
 
 class _Law(NamedTuple):
-    """Law in the loop, with copies of its memory in the last pass that was not refused."""
+    """Law in the loop."""
 
     kernel: Kernel
-    given: Floats
-    out: Floats
-
-    @classmethod
-    def of(cls, kernel: Kernel) -> _Law:
-        """Return a law; results that are numbers stand in its memory from the beginning."""
-        return cls(kernel, kernel.memory[0].copy(), kernel.memory[1].copy())
 
     def argument(self, program: Program, k: int) -> tuple[Place, int]:
         """Place of an argument, and its length."""
@@ -245,11 +238,6 @@ class _Law(NamedTuple):
         """Place of a result, and its length."""
         view = self.kernel.views[1][k]
         return program.out(self.kernel, view.start), view.size
-
-    def accept(self, program: Program) -> None:
-        """Copy its memory."""
-        program.copy(program.memory(self.given), program.given(self.kernel), self.given.size)
-        program.copy(program.memory(self.out), program.out(self.kernel), self.out.size)
 
 
 class Stretch:
@@ -271,10 +259,10 @@ class Stretch:
     ) -> None:
         self.command, self.touching = command, parts.body.touching
         self._parts, self._form, self._key = parts, form, ready.key
-        self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
+        self._loads, self._leap = _Law(form.kernel), _Law(leap)
         self._commands = [x is not None for x in ready.commands]
         self._names = list(ready.memory)
-        self._after = _Law.of(self._between(ready))
+        self._after = _Law(self._between(ready))
         self._mover: Kernel | None = None
         if self._commands[3] and parts.drivetrain.goal is not None:
             step, both = ready.key[-1], [(1, parts.body.robot.tree.joints)] * 2
@@ -288,13 +276,17 @@ class Stretch:
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
         commanded = (0, 0, 0) if command is None else command.widths
         self._widths = [leap.memory[1].size, self._beyond - self.first, *commanded]
+        views, count = form.kernel.views[0], sum(self._commands)
+        # copies of the commands in the last pass that was not refused
+        self._given = np.zeros(views[2 + count - 1].start + views[2 + count - 1].size - views[2].start)
         self._loop = self._written()
         self._tapes = [np.zeros((MOST, width)) for width in self._widths]
         self._addresses = [tape.ctypes.data for tape in self._tapes]
-        kept = self.remembered
+        later = [View(view.shape, view.start - self.first) for view in results[1:]]
+        kept = dict(zip(form.remembered, later, strict=False))
         self._memories = {name: kept[name] for name in self._names if name in kept}
-        self._speeds = dict(zip(form.turning, results[last:], strict=False))
-        self._supply = results[last + len(form.turning) :][:2]
+        self._speeds = dict(zip(form.turning, later[last - 1 :], strict=False))
+        self._supply = later[last - 1 + len(form.turning) :][:2]
         self._end: Floats | None = None
         self._memory: Mapping[str, Floats] = ready.memory
         self._began = ready.look
@@ -356,7 +348,7 @@ class Stretch:
                 self._tapes[-1][:steps] if self.touching else None,
                 self._began,
             )
-        found, views = self._leap.out.copy(), self._leap.kernel.views[1]
+        found, views = self._tapes[0][steps - 1].copy(), self._leap.kernel.views[1]
         end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
         self._end = end
         body.end_alone(end, joints, now, None if self.touching else middle)
@@ -366,14 +358,15 @@ class Stretch:
         return self._made(steps, passed)
 
     def _made(self, steps: int, passed: Passed | None) -> Made:
-        """Return what was made, of copies of the laws' memory in the last step."""
-        out, kept = self._loads.out.copy(), len(self._memories) == len(self._names)
+        """Return what was made, of copies of what was recorded of the last step."""
+        out, kept = self._tapes[1][steps - 1].copy(), len(self._memories) == len(self._names)
         memory: Mapping[str, Floats] = Views(out, self._memories)
         self._memory = memory if kept else {**self._memory, **memory}
         supply = supply_of(*(view.of(out) for view in self._supply))
-        given, views = self._loads.given.copy(), iter(self._loads.kernel.views[0][2:])
+        given, views = self._given.copy(), self._loads.kernel.views[0][2:]
+        own = (View(view.shape, view.start - views[0].start) for view in views)
         _, drive, voltage, held, asked = (
-            next(views).of(given) if there else None for there in self._commands
+            next(own).of(given) if there else None for there in self._commands
         )
         speeds = Views(out, self._speeds)
         return Made(steps, self._memory, speeds, supply, drive, voltage, held, asked, passed)
@@ -424,12 +417,12 @@ class Stretch:
         else:
             self._widths.append(contacts[1])
             program.record(len(self._widths), contacts)
-        loads.accept(program)
-        leap.accept(program)
+        commands, _ = loads.argument(program, 2)
+        program.copy(program.memory(self._given), commands, self._given.size)
         if self.command is not None:
             self.command.accept(program)
         program.record(0, loads.result(program, 0))
-        program.record(1, (program.out(leap.kernel), leap.out.size))
+        program.record(1, (program.out(leap.kernel), self._widths[0]))
         program.record(2, (program.out(loads.kernel, self.first), self._beyond - self.first))
         if self.command is not None:
             self.command.record(program, (3, 4, 5))
