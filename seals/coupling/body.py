@@ -325,6 +325,20 @@ class CoupledBody(BodyOptions):
         written = engine.write_law(place, turn, state[3], state[2])
         return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
 
+    def pressing(self, records: Floats) -> Floats:
+        """Return what `contact_normals` returned after steps by `write_step`, shape (N, L).
+
+        Args:
+            records: of the contacts in each.
+        """
+        engine: Any = self.engine
+        found = np.zeros((len(records), len(self.robot.links)))
+        for row, record in zip(found, records, strict=True):
+            points = engine.contacts_of(record)
+            if points is not None:
+                np.add.at(row, points.links, points.forces()[2])
+        return found
+
     def landed(self, native: Sequence[Array]) -> tuple[Sequence[Array], list[Array]]:
         """Return the state after a step in which something touched; pure."""
         engine: Any = self.engine

@@ -48,6 +48,10 @@ class History:
         self.passed, self._given, self.times = passed, given, passed.times
         self.readings: list[Taken] = []
 
+    def begins(self) -> list[float]:
+        """Return the times at which the steps began [s]."""
+        return [self.passed.began.time, *self.times[:-1]]
+
     def states(self) -> Configuration:
         """Return what `RigidBody.read` returned after each step, shapes (N, ...)."""
         return self.passed.states()
@@ -71,6 +75,10 @@ class History:
         """Return the velocity of the reference in each step [m/s], shape (N, 3)."""
         assert self._given.aim is not None
         return self._changing(self._given.aim.velocity, self.passed.velocities)
+
+    def pressing(self) -> Floats | None:
+        """Return normal forces on every link after each step [N], (N, L); None for no contact."""
+        return self.passed.pressing()
 
     def memory(self, name: str) -> Any:
         """Return the memory of an effect after each step, shapes (N, ...); None where it stays."""

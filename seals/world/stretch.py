@@ -185,6 +185,13 @@ class Passed(NamedTuple):
         base, turn, joints, now = (self._leapt(k) for k in range(1, 5))
         return body.read_rows((base, turn), joints, now)  # type: ignore[no-any-return]
 
+    def pressing(self) -> Floats | None:
+        """Return `RigidBody.contact_normals` after each step, shape (N, L); None for no contact."""
+        if self.contacts is None:
+            return None
+        body: Any = self.stretch.body
+        return body.pressing(self.contacts[:-1])  # type: ignore[no-any-return]
+
     def memory(self, name: str) -> Floats | None:
         """Return the memory of an effect after each step; None where it stays as it was."""
         view = self.stretch.remembered.get(name)
