@@ -283,9 +283,11 @@ class Stretch:
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
         commanded = (0, 0, 0) if command is None else command.widths
         self._widths = [leap.memory[1].size, self._beyond - self.first, *commanded]
-        views, count = form.kernel.views[0], sum(self._commands)
-        # copies of the commands in the last pass that was not refused
-        self._given = np.zeros(views[2 + count - 1].start + views[2 + count - 1].size - views[2].start)
+        views = form.kernel.views[0][2 : 2 + sum(self._commands)]
+        # the commands in the last pass that was not refused
+        self._given = np.zeros(sum(view.size for view in views))
+        own = iter([View(view.shape, view.start - views[0].start) for view in views])
+        self._kept = [next(own) if there else None for there in self._commands]
         self._loop = self._written()
         self._tapes = [np.zeros((MOST, width)) for width in self._widths]
         self._addresses = [tape.ctypes.data for tape in self._tapes]
@@ -370,11 +372,8 @@ class Stretch:
         memory: Mapping[str, Floats] = Views(out, self._memories)
         self._memory = memory if kept else {**self._memory, **memory}
         supply = supply_of(*(view.of(out) for view in self._supply))
-        given, views = self._given.copy(), self._loads.kernel.views[0][2:]
-        own = (View(view.shape, view.start - views[0].start) for view in views)
-        _, drive, voltage, held, asked = (
-            next(own).of(given) if there else None for there in self._commands
-        )
+        given = self._given.copy()
+        _, drive, voltage, held, asked = (x if x is None else x.of(given) for x in self._kept)
         speeds = Views(out, self._speeds)
         return Made(steps, self._memory, speeds, supply, drive, voltage, held, asked, passed)
 
