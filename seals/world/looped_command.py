@@ -209,7 +209,9 @@ class LoopedCommand:
     def widths(self) -> tuple[int, int, int]:
         """Numbers in a row of the tapes of `record`."""
         views = self._kernel.views[1]
-        order, targets = (0 if k is None else views[k].size for k in (self.law.order, self.law.targets))
+        order, targets = (
+            0 if k is None else views[k].size for k in (self.law.order, self.law.targets)
+        )
         return order, 3, targets
 
     def record(self, program: Program, tapes: Sequence[int]) -> None:

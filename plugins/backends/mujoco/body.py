@@ -504,9 +504,7 @@ class MujocoBody:
         points = recorded(record)
         return self._told(points.geom, lambda: points)
 
-    def _told(
-        self, geom: NDArray[np.int32], points: Callable[[], Points]
-    ) -> MujocoContacts | None:
+    def _told(self, geom: NDArray[np.int32], points: Callable[[], Points]) -> MujocoContacts | None:
         touched = self._link[geom]
         return MujocoContacts(points, touched) if (touched >= 0).any() else None
 

@@ -59,7 +59,10 @@ class ContactLoop:
         program.refuse_outside(program.count(self._field("nefc")), 0, _ROWS - WAYS - 1)
         zeros = program.memory(np.zeros(law.memory[0].size))
         program.copy(program.given(law), zeros, law.memory[0].size)
-        first, rows = program.pointed(self._field("contact")), program.pointed(self._field("efc_aref"))
+        first, rows = (
+            program.pointed(self._field("contact")),
+            program.pointed(self._field("efc_aref")),
+        )
         self._first, self._rows = first, rows
         with program.each(self._number) as k:
             row, ways = self._row(k), self._ways(k)

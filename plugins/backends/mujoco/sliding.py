@@ -66,7 +66,13 @@ class Sliding:
         found = np.zeros(d.nefc)
         self._engine.mj_mulJacVec(self._model, d, found, d.qacc)
         normal, past, again, _ = corrected(
-            self._friction, self._base, self._wanted, found[self._ways], self._past, self._known, step
+            self._friction,
+            self._base,
+            self._wanted,
+            found[self._ways],
+            self._past,
+            self._known,
+            step,
         )
         if not again:
             return False
@@ -113,7 +119,9 @@ def corrected(  # noqa: PLR0917  what is fixed in a step, and what is not
     # a share of the correction by the secant, where it is not far from one
     moved, less = lowered - before, then - off
     even = less == 0.0
-    share = xp.minimum(xp.maximum(moved / xp.where(even, less + 1.0, less), moved * 0.0 + LOW), moved * 0.0 + HIGH)
+    share = xp.minimum(
+        xp.maximum(moved / xp.where(even, less + 1.0, less), moved * 0.0 + LOW), moved * 0.0 + HIGH
+    )
     share = xp.where(even, moved * 0.0 + 1.0, share)
     secant = xp.maximum(lowered + share * off, lowered * 0.0)
     later = xp.where(known > 0.0, secant, slip)
