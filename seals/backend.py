@@ -274,14 +274,31 @@ class CompiledBody(RigidBody, Protocol):
         """
         ...
 
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write that the engine takes a state of `leapt`, in a step that is not refused.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            written: places of the results of `leapt` that the engine takes, with lengths.
+            forces: the first result of `compiled_law` but one: those on the joints.
+
+        Returns:
+            Place and length of the pose as the engine tells it, for `read_rows`; None where that is
+            what it was given.
+        """
+        ...
+
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
     ) -> tuple[Any, int] | None:
         """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
             loads: places of the results of `compiled_law`, with their lengths.
+            origin: place of that of the base at its start, world.
             touching: whether something touches in it; refused where that is not so.
 
         Returns:
@@ -308,16 +325,30 @@ class CompiledBody(RigidBody, Protocol):
         """
         ...
 
-    def begin_alone(self) -> None:
-        """Prepare for steps by a program."""
+    def begin_alone(self, step: float) -> None:
+        """Prepare for steps of h [s] by a program."""
+        ...
+
+    def leave(self) -> None:
+        """End steps by a program: the engine takes back one that was refused.
+
+        Raises:
+            Exception: what a call of the engine raised in it.
+        """
+        ...
+
+    @property
+    def velocity(self) -> Floats:
+        """The engine's generalised velocity now, shape (n,)."""
         ...
 
     def end_alone(
-        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None, kick: Floats
     ) -> None:
         """Note the steps that a program has made: `followed` and what `leapt` found at the end.
 
-        ``middle`` is None where something touched; `note_contacts` follows.
+        ``middle`` is None where something touched; `note_contacts` follows. ``kick``: the change of
+        the velocity in the last one.
         """
         ...
 

@@ -166,6 +166,7 @@ class CoupledBody(BodyOptions):
         self._centred = not np.any(engine.reference)
         self._follow: Follow | None = None
         self._alone: bool | None = None
+        self._step = 0.0
         self.followed: Floats | None = None
 
     def reset(self, configuration: Configuration) -> None:
@@ -203,6 +204,7 @@ class CoupledBody(BodyOptions):
             now: velocity of `leapt`, shape (N, n).
         """
         engine: Any = self.engine
+        # what the engine was given, or how it tells it where that is another thing
         position, quaternion = engine.base_poses(*written)
         if self._base == 0:
             still = np.zeros_like(position)
@@ -413,17 +415,25 @@ class CoupledBody(BodyOptions):
         return self._forces.give(form[0], results, links)
 
     @property
+    def velocity(self) -> Floats:
+        """The engine's generalised velocity now, shape (n,)."""
+        return self._speed.now
+
+    @property
     def touching(self) -> bool:
         """Whether something touched in the last step."""
         return self._contacts.any
 
     def steps_alone(self) -> bool:
         """Return whether `write_step` can be used now, see `seals.backend.CompiledBody`."""
-        known = self._speed.middle is not None or self._contacts.any
-        ready = self._second_order and known and self._follow is not None
-        if self._alone is None and ready:
-            self._alone = isinstance(self._forces, SolvedForces) and self._forces.steps_alone()
-        return ready and bool(self._alone)
+        # loads that are foretold from contacts are made one by one
+        touches = self._contacts.any and isinstance(self._forces, SolvedForces)
+        known = touches or (self._speed.middle is not None and not self._contacts.any)
+        if not (self._second_order and known and self._follow is not None) or self._forces.running:
+            return False
+        if self._alone is None:
+            self._alone = self._forces.steps_alone()
+        return self._alone
 
     def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Return the engine's state, and velocity, joints and velocity half a step ago."""
@@ -440,13 +450,19 @@ class CoupledBody(BodyOptions):
         return found
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
     ) -> tuple[Any, int] | None:
         """Write a step of the engine, see `seals.backend.CompiledBody`."""
-        engine: Any = self.engine
-        # joint forces come first, the base's rows of the inertia last
+        # the base's rows of the inertia come last
         last = len(loads) - 1 if self._limits and self._base else len(loads)
-        found: tuple[Any, int] | None = engine.write_step(program, loads[:last], touching=touching)
+        return self._forces.write_step(program, loads[:last], origin, touching=touching)
+
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write that the engine takes a state of `leapt`, see `seals.backend.CompiledBody`."""
+        engine: Any = self.engine
+        found: tuple[Any, int] | None = engine.write_put(program, written, forces)
         return found
 
     def write_world(self, program: Any) -> list[Any]:
@@ -473,17 +489,23 @@ class CoupledBody(BodyOptions):
             found = _reaches(place, rate, bounds, step, held=self._forces.foretells) | found
         return found
 
-    def begin_alone(self) -> None:
+    def begin_alone(self, step: float) -> None:
         """Prepare for steps by `write_step`."""
         engine: Any = self.engine
+        self._step = step
         engine.begin_alone()
 
+    def leave(self) -> None:
+        """End steps by `write_step`: the engine takes back one that was refused."""
+        engine: Any = self.engine
+        engine.leave()
+
     def end_alone(
-        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None, kick: Floats
     ) -> None:
         """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
-        cast("SolvedForces", self._forces).note(engine.end_alone())
+        self._forces.note(engine.end_alone(), kick, self._step)
         self._contacts.note(None, None)
         self.followed, self._joints, self._speed = followed, joints, HalfStep(now, middle)
 

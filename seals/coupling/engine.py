@@ -20,7 +20,7 @@ What passes through it is here as well: joint drives, linear in the acceleration
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -274,9 +274,52 @@ class CompiledEngineBody(EngineMotion, Protocol):
     def put(self, *written: Floats) -> None:
         """Set the state of the robot, see `write_law`."""
 
+    def native_places(self) -> list[int]:
+        """Return the addresses of the numbers that `native` returns, each side by side."""
+        ...
+
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write `put`, see `seals.backend.CompiledBody.write_put`."""
+        ...
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`."""
+        ...
+
+    def leave(self) -> None:
+        """Take back a step by `write_step` that was refused."""
+        ...
+
+    def end_alone(self) -> Floats:
+        """Note steps by `write_step`; return the forces on the joints in the last, shape (J,)."""
+        ...
+
 
 class CompiledMasses(CompiledEngineBody, Protocol):
     """The same of an engine with scalar link masses and joint motors, see `EngineBody`."""
+
+    def alone(self) -> bool:
+        """Return whether the robot is the only one of the scene."""
+        ...
+
+    def write_step(
+        self,
+        program: Any,
+        loads: tuple[tuple[Any, int], tuple[Any, int]],
+        origin: Any,
+        stays: Callable[[], bool],
+    ) -> None:
+        """Write a step of the engine, refused where something may touch; Python is called in it.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            loads: places of the first two arguments of `apply_generalised`, with their lengths.
+            origin: place of the third.
+            stays: whether the engine's masses may stay as they are.
+        """
+        ...
 
     def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
         """Apply a generalised force and forces on the joints over the next step.
@@ -319,10 +362,6 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         """Return whether the scene can be stepped by `write_step`, for this robot alone."""
         ...
 
-    def native_places(self) -> list[int]:
-        """Return the addresses of the numbers that `native` returns, each side by side."""
-        ...
-
     def write_step(
         self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
     ) -> tuple[Any, int] | None:
@@ -350,14 +389,6 @@ class CompiledSolving(CompiledEngineBody, Protocol):
 
     def contacts_of(self, record: Floats) -> ContactPoints | None:
         """Return the contacts in a step by its record, copies."""
-        ...
-
-    def begin_alone(self) -> None:
-        """Prepare for steps by `write_step`."""
-        ...
-
-    def end_alone(self) -> Floats:
-        """Note steps by `write_step`; return the forces on the joints in the last, shape (J,)."""
         ...
 
 

@@ -152,6 +152,7 @@ class Passed(NamedTuple):
         velocities: of the place that it led to, shape (N, 3); None likewise.
         targets: what it commanded the joints, shape (N, J); None likewise.
         contacts: records of them, and of those in the step after; None where nothing touched.
+        poses: of the base as the engine tells them; None where that is what it was given.
         began: the links where the first step began.
     """
 
@@ -163,6 +164,7 @@ class Passed(NamedTuple):
     velocities: Floats | None
     targets: Floats | None
     contacts: Floats | None
+    poses: Floats | None
     began: Look
 
     def looks(self) -> list[Look]:
@@ -182,8 +184,9 @@ class Passed(NamedTuple):
     def states(self) -> Configuration:
         """Return what the body read after each step."""
         body: Any = self.stretch.body
-        base, turn, joints, now = (self._leapt(k) for k in range(1, 5))
-        return body.read_rows((base, turn), joints, now)  # type: ignore[no-any-return]
+        _, *written, joints, now, _, _ = (self._leapt(k) for k in range(len(self.stretch.leapt)))
+        places = written if self.poses is None else [self.poses]
+        return body.read_rows(places, joints, now)  # type: ignore[no-any-return]
 
     def pressing(self) -> Floats | None:
         """Return `RigidBody.contact_normals` after each step, shape (N, L); None for no contact."""
@@ -283,6 +286,7 @@ class Stretch:
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
         commanded = (0, 0, 0) if command is None else command.widths
         self._widths = [leap.memory[1].size, self._beyond - self.first, *commanded]
+        self._poses = False
         views = form.kernel.views[0][2 : 2 + sum(self._commands)]
         # the commands in the last pass that was not refused
         self._given = np.zeros(sum(view.size for view in views))
@@ -298,7 +302,7 @@ class Stretch:
         self._supply = later[last - 1 + len(form.turning) :][:2]
         self._end: Floats | None = None
         self._memory: Mapping[str, Floats] = ready.memory
-        self._began = ready.look
+        self._began, self._before = ready.look, parts.body.velocity
 
     def continues(self, look: Look, memory: Mapping[str, Floats]) -> bool:
         """Return whether the next step follows the last one here, and has its form.
@@ -322,9 +326,10 @@ class Stretch:
             for place, value in zip(self._loads.kernel.places[2:], commands, strict=False):
                 place[...] = value
         else:
-            memory = ready.memory.values()
-            self._loads.kernel.put([ready.look.block, ready.time, *commands, *memory])
+            own = *ready.memory.values(), *self._parts.body.compiled_arguments()
+            self._loads.kernel.put([ready.look.block, ready.time, *commands, *own])
             self._leap.kernel.put(given)
+            self._before = self._parts.body.velocity
         self._memory, self._began = ready.memory, ready.look
         if self._mover is not None:
             self._mover.places[1][...] = self._parts.drivetrain.goal
@@ -339,9 +344,10 @@ class Stretch:
             ledger: of the robot.
         """
         body = self._parts.body
-        body.begin_alone()
+        body.begin_alone(self._key[-1])
         most = min(most, MOST)
         steps = self._loop(first, most, calls, ledger.reserve(most), *self._addresses)
+        body.leave()
         if not steps:
             self._end = None
             return None
@@ -355,12 +361,14 @@ class Stretch:
                 *(self, times[1:-1], leaps, laws),
                 *(tape if some else None for tape, some in zip(told, there, strict=True)),
                 self._tapes[-1][:steps] if self.touching else None,
+                self._tapes[-1][: steps - 1] if self._poses else None,
                 self._began,
             )
-        found, views = self._tapes[0][steps - 1].copy(), self._leap.kernel.views[1]
-        end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
-        self._end = end
-        body.end_alone(end, joints, now, None if self.touching else middle)
+        found, views = self._tapes[0][steps - 1].copy(), self.leapt
+        before = self._before if steps == 1 else views[-3].of(self._tapes[0][steps - 2])
+        end, joints, now, middle = (views[k].of(found) for k in (0, -4, -3, -2))
+        self._end, self._before = end, now
+        body.end_alone(end, joints, now, None if self.touching else middle, now - before)
         if self.touching:
             began = self._began if passed is None else passed.look(steps - 2)
             body.note_contacts(self._tapes[-1][steps - 1], began)
@@ -398,8 +406,8 @@ class Stretch:
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
-        # the ledger's rows, then what is told of the steps
-        program = Program(len(self._widths) + 1 + self.touching)
+        # the ledger's rows, what is told of the steps, and contacts or poses
+        program = Program(len(self._widths) + 2)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
         self._write_command(program)
@@ -407,22 +415,26 @@ class Stretch:
         program.run(loads.kernel)
         count = len(loads.kernel.views[1])
         given = [loads.result(program, k) for k in range(first + 2, count)]
-        contacts = body.write_step(program, given, touching=self.touching)
-        own = [program.address(x) for x in body.native_places()]
-        places = own if contacts is None else body.write_world(program)
+        block, _ = loads.argument(program, 0)
+        origin = block._replace(start=block.start + self.layout.span("origins")[0])
+        told = body.write_step(program, given, origin, touching=self.touching)
+        places = [program.address(x) for x in body.native_places()]
+        places = body.write_world(program) if self.touching else places
         for k, at in enumerate(places):
             place, size = leap.argument(program, k)
             program.copy(place, at, size)
         program.tell_time(leap.argument(program, self._past(len(places)))[0], step, 1)
         program.run(leap.kernel)
-        program.refuse_if(leap.result(program, 6)[0])
+        last = len(self.leapt)
+        program.refuse_if(leap.result(program, last - 1)[0])
         program.accept()
-        if contacts is None:
-            for k, at in enumerate(own[-2:]):
-                program.copy(at, *leap.result(program, 1 + k))
-        else:
-            self._widths.append(contacts[1])
-            program.record(len(self._widths), contacts)
+        if not self.touching:
+            written = [leap.result(program, k) for k in range(1, last - 4)]
+            told = body.write_put(program, written, given[1])
+            self._poses = told is not None
+        self._widths.append(0 if told is None else told[1])
+        if told is not None:
+            program.record(len(self._widths), told)
         commands, _ = loads.argument(program, 2)
         program.copy(program.memory(self._given), commands, self._given.size)
         if self.command is not None:
@@ -475,7 +487,8 @@ class Stretch:
         block, _ = leap.result(program, 0)
         program.copy(loads.argument(program, 0)[0], *leap.result(program, 0))
         # velocity, joints and the velocity half a step earlier, in the order of `leapt`
-        for k, result in enumerate(() if self.touching else (4, 3, 5)):
+        last = len(self.leapt)
+        for k, result in enumerate(() if self.touching else (last - 3, last - 4, last - 2)):
             program.copy(leap.argument(program, native + k)[0], *leap.result(program, result))
         # the mean speed over the step, then the links with their motion
         for k, name in enumerate(("rotations", "arms", "axes", "means")):
@@ -497,7 +510,8 @@ class Stretch:
         block, size = leap.result(program, 0)
         extent = block._replace(start=block.start + size - 2)
         program.copy(after.argument(program, 0)[0], extent, 2)
-        for k, result in enumerate((3, 4)):
+        last = len(self.leapt)
+        for k, result in enumerate((last - 4, last - 3)):
             program.copy(after.argument(program, 1 + k)[0], *leap.result(program, result))
         program.run(after.kernel)
         program.end_if(after.result(program, 0)[0])

@@ -398,6 +398,11 @@ class MujocoBody:
                 program.copy(program.address(d.qacc_warmstart.ctypes.data), change, d.qacc.size)
         return contacts.write_record()
 
+    def write_put(self, program: Program, written: Sequence[Given], forces: Given) -> None:
+        """Write what `put` does; ``forces`` on the joints are known from the step."""
+        for address, given in zip(self.native_places()[-2:], written, strict=True):
+            program.copy(program.address(address), *given)
+
     def write_world(self, program: Program) -> list[Place]:
         """Write what `state` does; return the places of what `read_world` takes."""
         places = [program.address(x) for x in self.native_places()]
@@ -435,6 +440,9 @@ class MujocoBody:
         if self._wrenched:
             self._pushed[self._rows] = 0.0
             self._wrenched = False
+
+    def leave(self) -> None:
+        """Do nothing: what a refused step changed has been put back."""
 
     def end_alone(self) -> Floats:
         """Note steps by `write_step`; return the forces on the joints in the last one."""
