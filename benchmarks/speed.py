@@ -2,8 +2,9 @@
 
 Every case runs in a process of its own, its blocks in turn with blocks of the engine's own step of
 the same scene. What counts are ratios, for the pace of a machine moves: the share of the engine's
-pace (with contacts: of one step of its own, through the same states), the slow steps beside the usual one, and a start, machine code made anew, in steps of the
-engine. ``build/speed.json`` keeps the last table; what fell since is said, and ends with 1.
+pace (of a robot that stands or walks: of one step of its own, through the same states), the slow
+steps beside the usual one, and a start, machine code made anew, in steps of the engine.
+``build/speed.json`` keeps the last table; what fell since is said, and ends with 1.
 """
 
 from __future__ import annotations

@@ -330,11 +330,7 @@ class CompiledBody(RigidBody, Protocol):
         ...
 
     def leave(self) -> None:
-        """End steps by a program: the engine takes back one that was refused.
-
-        Raises:
-            Exception: what a call of the engine raised in it.
-        """
+        """End steps by a program: the engine takes back one that was refused."""
         ...
 
     @property

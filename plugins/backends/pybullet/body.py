@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -74,7 +75,7 @@ class PybulletBody:
         degrees, joints = robot.degrees, robot.tree.joints
         self._arrays = tuple(np.zeros(size) for size in (3, 4, degrees, joints))
         self._felt, self._made = np.zeros(joints), False
-        self._problem: Exception | None = None
+        self._problem: BaseException | None = None
         # what `put` was given last; None where the engine stands elsewhere
         self._stands: tuple[Floats, ...] | None = None
 
@@ -267,14 +268,14 @@ class PybulletBody:
         refused = np.zeros(1)
 
         def step() -> None:
-            if not (stays() and self._clear()):
-                return
-            self.apply_generalised(*given)
-            self._p.stepSimulation(physicsClientId=self._client)
-            self._made = True
-            for array, values in zip(self._arrays, self.native(), strict=True):
-                array[:] = values
-            refused[0] = 0.0
+            with contextlib.suppress(Exception):  # the step is refused, and fails one by one
+                if stays() and self._clear():
+                    self.apply_generalised(*given)
+                    self._p.stepSimulation(physicsClientId=self._client)
+                    self._made = True
+                    for array, values in zip(self._arrays, self.native(), strict=True):
+                        array[:] = values
+                    refused[0] = 0.0
 
         program.copy(program.memory(refused), program.memory(np.ones(1)), 1)
         self._write_call(program, step)
@@ -296,14 +297,14 @@ class PybulletBody:
         return program.memory(pose), 7
 
     def _write_call(self, program: Program, function: Callable[[], None]) -> None:
-        """Write a call of Python; once one has failed there are no more."""
+        """Write a call of Python; once one has failed there are no more, see `leave`."""
 
         def called() -> None:
             if self._problem is not None:
                 return
             try:
                 function()
-            except Exception as problem:  # it cannot pass through machine code
+            except BaseException as problem:  # it cannot pass through machine code
                 self._problem = problem
 
         entry = ctypes.CFUNCTYPE(None)(called)
@@ -329,8 +330,11 @@ class PybulletBody:
     def leave(self) -> None:
         """Take back a step by `write_step` that was refused.
 
+        A step in which a call of the engine failed is one of those: it is made again one by one,
+        and fails there.
+
         Raises:
-            Exception: what a call of the engine raised in it.
+            BaseException: what was raised besides.
         """
         problem, self._problem = self._problem, None
         if self._made:

@@ -373,9 +373,8 @@ class Walker(ControllerOptions, ABC):
         rest = np.setdiff1d(np.arange(len(self._rest)), self._columns)
         order = np.argsort(np.concatenate((self._columns.ravel(), rest)))
 
-        def law(
-            rotation: Array, velocity: Array, yaw: Array, feed: Array, block: Array, wishes: Array
-        ) -> list[Array]:
+        def law(*arrays: Array) -> list[Array]:
+            rotation, velocity, yaw, feed, block, wishes = arrays
             xp, cuts = namespace(block), itertools.pairwise(ends)
             parts = [block[a:b].reshape(s) for (a, b), s in zip(cuts, shapes, strict=True)]
             last = Pace(*parts, shift=as_like(form.shift, block))
