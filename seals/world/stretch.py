@@ -357,12 +357,14 @@ class Stretch:
         if steps > 1:
             leaps, laws, *told = (tape[: steps - 1] for tape in self._tapes[:5])
             there = (False,) * 3 if self.command is None else self.command.tells
+            orders, velocities, targets = (
+                tape if some else None for tape, some in zip(told, there, strict=True)
+            )
             passed = Passed(
-                *(self, times[1:-1], leaps, laws),
-                *(tape if some else None for tape, some in zip(told, there, strict=True)),
-                self._tapes[-1][:steps] if self.touching else None,
-                self._tapes[-1][: steps - 1] if self._poses else None,
-                self._began,
+                *(self, times[1:-1], leaps, laws, orders, velocities, targets),
+                contacts=self._tapes[-1][:steps] if self.touching else None,
+                poses=self._tapes[-1][: steps - 1] if self._poses else None,
+                began=self._began,
             )
         found, views = self._tapes[0][steps - 1].copy(), self.leapt
         before = self._before if steps == 1 else views[-3].of(self._tapes[0][steps - 2])

@@ -106,12 +106,14 @@ class MujocoContacts:
     @property
     def links(self) -> list[int]:
         """Row of the touched link at every contact."""
-        return self._touched[self._touched >= 0].tolist()
+        found: list[int] = self._touched[self._touched >= 0].tolist()
+        return found
 
     def forces(self) -> tuple[Floats, Floats, Floats]:
         """Return points, forces and normal forces."""
         rows, side = np.nonzero(self._touched >= 0)
-        _, place, frame, parts = (x[rows] for x in self._points())
+        points = self._points()
+        place, frame, parts = points.pos[rows], points.frame[rows], points.parts[rows]
         force = np.matmul(parts[:, None, :], frame.reshape(-1, 3, 3))[:, 0]
         # a contact pushes its second shape along the normal, and the first one back
         force[side == 0] *= -1.0

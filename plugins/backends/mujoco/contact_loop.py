@@ -39,7 +39,8 @@ class ContactLoop:
         step, shapes = scene.step, [(ROOM, WAYS), (ROOM,), (ROOM, WAYS), (ROOM, WAYS), (3, ROOM)]
 
         def law(*given: Array) -> list[Array]:
-            return corrected(*given, step)
+            friction, base, wanted, change, past, known = given
+            return corrected(friction, base, wanted, change, past, known, step)
 
         self._law = compiled(law, [*shapes, (1,)])
         self._record = np.zeros(RECORD)

@@ -346,7 +346,8 @@ class PybulletBody:
 
     def end_alone(self) -> Floats:
         """Return the forces on the joints in the last step by `write_step`."""
-        return self._felt.copy()
+        forces: Floats = self._felt.copy()
+        return forces
 
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step."""

@@ -377,7 +377,7 @@ class Walker(ControllerOptions, ABC):
             rotation, velocity, yaw, feed, block, wishes = arrays
             xp, cuts = namespace(block), itertools.pairwise(ends)
             parts = [block[a:b].reshape(s) for (a, b), s in zip(cuts, shapes, strict=True)]
-            last = Pace(*parts, shift=as_like(form.shift, block))
+            last = Pace._make((*parts, as_like(form.shift, block)))
             if self.facing is Facing.aim:
                 last = last._replace(heading=yaw)
             manner = Manner(*(wishes[:, k : k + 1] for k in range(len(names))))
@@ -393,7 +393,7 @@ class Walker(ControllerOptions, ABC):
         def remembered(numbers: Floats, last: Pace) -> Pace:
             cuts = itertools.pairwise(ends)
             parts = [numbers[a:b].reshape(s) for (a, b), s in zip(cuts, shapes, strict=True)]
-            return Pace(*parts, shift=last.shift)
+            return Pace._make((*parts, last.shift))
 
         return CommandLaw(
             *(kernel, ("rotation", "velocity_wanted", "yaw", "yaw_rate", "memory", "manner"), 1),
