@@ -42,6 +42,7 @@ CASES = {
     "search": (("robot=hexacopter", "guide=hover"), 90),
     "wind": ((*HOVER, "+effect@effects.wind=wind", "effects.wind.velocity_x=3"), 60),
     "late": ((*HOVER, "+effect@effects.late=command_delay", "effects.late.delay=0.017"), 60),
+    "guided": (("robot=hexacopter", "guide=oval", "guide.rate=25"), 60),
     "swing": (("experiment=swing",), 40),
     "sensors": (
         (
@@ -143,6 +144,7 @@ def test_steps_at_once_are_those_one_by_one(case: str) -> None:
 RUNS = {
     "touch": (*HOVER, "+sensor@sensors.touch=contact", "sensors.imu.position=[0.1,0,0]"),
     "gps": (*HOVER, "+sensor@sensors.gps=gps"),
+    "guided": CASES["guided"][0],
     "seldom": (*HOVER, "controller.rate=50", "guide.rate=50"),
     "told": (*CASES["told"][0], "controller.rate=50", "guide.rate=50"),
     "ground": CASES["ground"][0],

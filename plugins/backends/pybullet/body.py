@@ -275,7 +275,8 @@ class PybulletBody:
                     self._made = True
                     for array, values in zip(self._arrays, self.native(), strict=True):
                         array[:] = values
-                    refused[0] = 0.0
+                    # the engine's contacts of large bodies begin farther away
+                    refused[0] = float(self.contacts() is not None)
 
         program.copy(program.memory(refused), program.memory(np.ones(1)), 1)
         self._write_call(program, step)
