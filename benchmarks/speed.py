@@ -2,8 +2,9 @@
 
 Every case runs in a process of its own, its blocks in turn with blocks of the engine's own step of
 the same scene. What counts are ratios, for the pace of a machine moves: the share of the engine's
-pace, the slow steps beside the usual one, and a start, machine code made anew, in steps of the
-engine. ``build/speed.json`` keeps the last table; what fell since is said, and ends with 1.
+pace (of a robot that stands or walks: of one step of its own, through the same states), the slow
+steps beside the usual one, and a start, machine code made anew, in steps of the engine.
+``build/speed.json`` keeps the last table; what fell since is said, and ends with 1.
 """
 
 from __future__ import annotations
@@ -110,8 +111,7 @@ def _world(kind: str, engine: str, folder: Path) -> Measured:
 
     def again() -> None:
         made.reset(start)
-        # a crab stands by then
-        made.advance(60 if kind.startswith("crab") else 1)
+        made.advance(worlds.WALKING if kind.startswith("crab") else 1)
 
     return Measured(lambda: made.advance(1), made, worlds.BLOCK, 1, again)
 

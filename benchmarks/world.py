@@ -34,6 +34,8 @@ BLOCK = 100
 """Steps between resets, so that the robot stays in the medium that is measured."""
 
 
+WALKING = 160
+"""Steps after which a crab walks."""
 ADDED = ("~effects.added_mass", "~effects.arm_added_mass")
 AAM = (
     "robot=aam",
@@ -98,7 +100,8 @@ def steps_a_second(settings: Any, repeats: int) -> tuple[float, float, float]:
 def paired(folder: Path, engines: Sequence[str], repeats: int) -> Iterator[str]:
     """Yield lines: medians of steps a second with NumPy and compiled laws, and of their ratios.
 
-    The last column is the engine alone: its own step of the same scene, nothing acting.
+    The last column is the engine alone: its own step of the same scene, nothing acting; of a crab
+    with the same contacts and forces, see `bare_in_contact`.
     """
     made: dict[str, Callable[[], Any]] = {
         "aam, in air": lambda: aam_settings(added_mass=True, height=HEIGHTS["in air"]),
@@ -111,7 +114,7 @@ def paired(folder: Path, engines: Sequence[str], repeats: int) -> Iterator[str]:
         for compiled in ("false", "true"):
             settings = settings_of()
             settings.backend = registry.get("backend", engine).load()(compiled=compiled)
-            both.append(blocks_of(settings, warm=60 if "crab" in name else 1))
+            both.append(blocks_of(settings, warm=WALKING if "crab" in name else 1))
         yield _line(f"{name}, {engine}", [block for _, block in both], repeats, bare(both[1][0]))
         for world, _ in both:
             world.close()
@@ -133,11 +136,43 @@ def bare(world: Any) -> float:
         step = partial(backend._engine.stepSimulation, physicsClientId=backend._client)
     else:
         scene = backend._scene
+        if scene.data.ncon:
+            return bare_in_contact(world)
         step = partial(scene.engine.mj_step, scene.model, scene.data)
     begin = time.process_time()
     for _ in range(BLOCK):
         step()
     return BLOCK / (time.process_time() - begin)
+
+
+def bare_in_contact(world: Any) -> float:
+    """Return the steps a second of MuJoCo alone through the states of a world's next steps.
+
+    Each begins at the pose, velocity and forces of one of them: left alone, a robot on its legs
+    would collapse, and other contacts would be solved.
+    """
+    scene = world.backend._scene
+    engine, model, d = scene.engine, scene.model, scene.data
+    arrays = d.qpos, d.qvel, d.qacc_warmstart, d.qfrc_applied
+    states = []
+    for _ in range(BLOCK):
+        began = [x.copy() for x in arrays[:3]]
+        world.advance(1)
+        states.append((*began, d.qfrc_applied.copy()))
+    kept = [x.copy() for x in arrays]
+
+    def through(step: Callable[[Any, Any], None]) -> float:
+        begin = time.process_time()
+        for state in states:
+            for array, values in zip(arrays, state, strict=True):
+                array[:] = values
+            step(model, d)
+        return time.process_time() - begin
+
+    alone = through(engine.mj_step) - through(lambda model, data: None)
+    for array, values in zip(arrays, kept, strict=True):
+        array[:] = values
+    return BLOCK / alone
 
 
 def reaching(engine: str) -> list[Callable[[], float]]:

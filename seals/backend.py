@@ -240,20 +240,78 @@ class CompiledBody(RigidBody, Protocol):
         """Return whether the next steps can be made by a program of `write_step`."""
         ...
 
-    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
-        """Return the two arguments of `leapt`, the second with all three parts."""
+    @property
+    def touching(self) -> bool:
+        """Whether something touched in the last step: `landed` follows then, not `leapt`."""
+        ...
+
+    def landed(self, native: Sequence[Array]) -> tuple[Sequence[Array], list[Array]]:
+        """Return what `leapt` does, after a step in which something touched; pure.
+
+        The mean velocity of the step stands for that half a step ago.
+
+        Args:
+            native: state of the engine after its step, velocities in world axes.
+        """
+        ...
+
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
+        """Return the two arguments of `leapt`, the second with all three parts.
+
+        Where something touched that of `landed`, and nothing.
+        """
         ...
 
     def native_places(self) -> list[int]:
         """Return the addresses of the engine's state, whose last two the results of `leapt` set."""
         ...
 
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `landed` takes.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+        """
+        ...
+
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write that the engine takes a state of `leapt`, in a step that is not refused.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            written: places of the results of `leapt` that the engine takes, with lengths.
+            forces: the first result of `compiled_law` but one: those on the joints.
+
+        Returns:
+            Place and length of the pose as the engine tells it, for `read_rows`; None where that is
+            what it was given.
+        """
+        ...
+
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
             loads: places of the results of `compiled_law`, with their lengths.
+            origin: place of that of the base at its start, world.
+            touching: whether something touches in it; refused where that is not so.
+
+        Returns:
+            Place and length of a record of the contacts, for `note_contacts`; None for none.
+        """
+        ...
+
+    def note_contacts(self, record: Floats, began: LinksAt) -> None:
+        """Note the contacts of a step.
+
+        Args:
+            record: of them.
+            began: the links where the step began.
         """
         ...
 
@@ -267,12 +325,27 @@ class CompiledBody(RigidBody, Protocol):
         """
         ...
 
-    def begin_alone(self) -> None:
-        """Prepare for steps by a program."""
+    def begin_alone(self, step: float) -> None:
+        """Prepare for steps of h [s] by a program."""
         ...
 
-    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
-        """Note the steps that a program has made: `followed` and what `leapt` found at the end."""
+    def leave(self) -> None:
+        """End steps by a program: the engine takes back one that was refused."""
+        ...
+
+    @property
+    def velocity(self) -> Floats:
+        """The engine's generalised velocity now, shape (n,)."""
+        ...
+
+    def end_alone(
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None, kick: Floats
+    ) -> None:
+        """Note the steps that a program has made: `followed` and what `leapt` found at the end.
+
+        ``middle`` is None where something touched; `note_contacts` follows. ``kick``: the change of
+        the velocity in the last one.
+        """
         ...
 
 

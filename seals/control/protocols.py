@@ -194,20 +194,12 @@ Compiler = Callable[[Callable[..., Sequence[Array]], Sequence[tuple[int, ...]]],
 """Function from a law on arrays and their shapes to its machine code, a function of numbers."""
 
 
-class CommandLaw(NamedTuple):
-    """Law of a controller as machine code, for steps without Python.
+class SearchLaw(NamedTuple):
+    """Search for a command of the drives within their bounds, as machine code.
 
     Args:
-        kernel: machine code, `seals.world.scalar_compiler.Kernel`.
-        names: of its arguments: `STATE_ARRAYS`; ``force`` and ``place`` of the buoyancy; of the aim
-            ``velocity_wanted``, ``acceleration``, ``yaw``, ``yaw_rate``; ``targets`` of the joints
-            and ``memory``.
-        done: result that is zero where the command is to be searched for; three more results follow
-            those of memory then, for the search.
-        order: result that is the command of the drives.
-        memory: result that is the memory's numbers.
-        numbers: gives those of a memory.
-        remembered: gives the memory of numbers and of the memory before.
+        done: result of the command's law that is zero where the command is to be searched for;
+            three more results follow those of memory then, for the search.
         turn: machine code of a turn of the search, of what is fixed and of its state, the first two
             of the three; it finds shares, whether to go on, and the state.
         found: machine code of the law with the shares and with the third of the three besides; it
@@ -215,16 +207,42 @@ class CommandLaw(NamedTuple):
         turns: of the search, at most.
     """
 
-    kernel: Any
-    names: tuple[str, ...]
     done: int
-    order: int
-    memory: int
-    numbers: Callable[[Any], Floats]
-    remembered: Callable[[Floats, Any], Any]
     turn: Any
     found: Any
     turns: int
+
+
+def _nothing(aim: Reference) -> Mapping[str, Floats]:
+    return {}
+
+
+class CommandLaw(NamedTuple):
+    """Law of a controller as machine code, for steps without Python.
+
+    Args:
+        kernel: machine code, `seals.world.scalar_compiler.Kernel`.
+        names: of its arguments, of these: `STATE_ARRAYS`; ``force`` and ``place`` of the buoyancy;
+            of the aim ``velocity_wanted``, ``acceleration``, ``yaw``, ``yaw_rate``; ``targets`` of
+            the joints before and ``memory``; what ``aimed`` gives.
+        memory: result that is the memory's numbers.
+        numbers: gives those of a memory.
+        remembered: gives the memory of numbers and of the memory before.
+        order: result that is the command of the drives; None where it stays.
+        targets: result that is the targets of the joints; None where they stay.
+        search: for a command within the drives' bounds; None for none.
+        aimed: gives more arguments of an aim, by name.
+    """
+
+    kernel: Any
+    names: tuple[str, ...]
+    memory: int
+    numbers: Callable[[Any], Floats]
+    remembered: Callable[[Floats, Any], Any]
+    order: int | None = None
+    targets: int | None = None
+    search: SearchLaw | None = None
+    aimed: Callable[[Reference], Mapping[str, Floats]] = _nothing
 
 
 class ControllerOptions:
@@ -242,7 +260,7 @@ class ControllerOptions:
         """Set the compiler of laws, None for none; called after `Controller.bind`."""
 
     def command_law(self, period: float, memory: Any) -> CommandLaw | None:
-        """Return its law for aims without a position, the joints' targets as before; or None.
+        """Return its law for an aim that stays, without a position; None where it has none.
 
         Args:
             period: between commands [s].

@@ -166,6 +166,7 @@ class CoupledBody(BodyOptions):
         self._centred = not np.any(engine.reference)
         self._follow: Follow | None = None
         self._alone: bool | None = None
+        self._step = 0.0
         self.followed: Floats | None = None
 
     def reset(self, configuration: Configuration) -> None:
@@ -203,6 +204,7 @@ class CoupledBody(BodyOptions):
             now: velocity of `leapt`, shape (N, n).
         """
         engine: Any = self.engine
+        # what the engine was given, or how it tells it where that is another thing
         position, quaternion = engine.base_poses(*written)
         if self._base == 0:
             still = np.zeros_like(position)
@@ -325,6 +327,29 @@ class CoupledBody(BodyOptions):
         written = engine.write_law(place, turn, state[3], state[2])
         return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
 
+    def pressing(self, records: Floats) -> Floats:
+        """Return what `contact_normals` returned after steps by `write_step`, shape (N, L).
+
+        Args:
+            records: of the contacts in each.
+        """
+        engine: Any = self.engine
+        found = np.zeros((len(records), len(self.robot.links)))
+        for row, record in zip(found, records, strict=True):
+            points = engine.contacts_of(record)
+            if points is not None:
+                np.add.at(row, points.links, points.forces()[2])
+        return found
+
+    def landed(self, native: Sequence[Array]) -> tuple[Sequence[Array], list[Array]]:
+        """Return the state after a step in which something touched; pure."""
+        engine: Any = self.engine
+        place, turn, raw, joints = engine.read_world(*native)
+        # written so that a motion that is not a number is refused as well
+        wrong = ~(namespace(raw).sum(raw * raw) <= engine.top_speed**2)
+        state, written = (place, turn, joints, raw, raw), native[-2:]
+        return state, [*written, *(x.reshape(-1) for x in state[2:]), wrong]
+
     def coordinates(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return position, attitude, joints and velocity as the engine keeps them."""
         engine: Any = self.engine
@@ -389,16 +414,32 @@ class CoupledBody(BodyOptions):
         self._began = links
         return self._forces.give(form[0], results, links)
 
+    @property
+    def velocity(self) -> Floats:
+        """The engine's generalised velocity now, shape (n,)."""
+        return self._speed.now
+
+    @property
+    def touching(self) -> bool:
+        """Whether something touched in the last step."""
+        return self._contacts.any
+
     def steps_alone(self) -> bool:
         """Return whether `write_step` can be used now, see `seals.backend.CompiledBody`."""
-        ready = self._second_order and self._speed.middle is not None and self._follow is not None
-        if self._alone is None and ready:
-            self._alone = isinstance(self._forces, SolvedForces) and self._forces.steps_alone()
-        return ready and bool(self._alone)
+        # loads that are foretold from contacts are made one by one
+        touches = self._contacts.any and isinstance(self._forces, SolvedForces)
+        known = touches or (self._speed.middle is not None and not self._contacts.any)
+        if not (self._second_order and known and self._follow is not None) or self._forces.running:
+            return False
+        if self._alone is None:
+            self._alone = self._forces.steps_alone()
+        return self._alone
 
-    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, Floats, Floats]]:
+    def native_state(self) -> tuple[tuple[Floats, ...], tuple[Floats, ...]]:
         """Return the engine's state, and velocity, joints and velocity half a step ago."""
         engine: Any = self.engine
+        if self._contacts.any:
+            return engine.native(), ()
         assert self._speed.middle is not None
         return engine.native(), (self._speed.now, self._joints, self._speed.middle)
 
@@ -408,12 +449,27 @@ class CoupledBody(BodyOptions):
         found: list[int] = engine.native_places()
         return found
 
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine, see `seals.backend.CompiledBody`."""
-        engine: Any = self.engine
-        # joint forces come first, the base's rows of the inertia last
+        # the base's rows of the inertia come last
         last = len(loads) - 1 if self._limits and self._base else len(loads)
-        engine.write_step(program, loads[:last])
+        return self._forces.write_step(program, loads[:last], origin, touching=touching)
+
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write that the engine takes a state of `leapt`, see `seals.backend.CompiledBody`."""
+        engine: Any = self.engine
+        found: tuple[Any, int] | None = engine.write_put(program, written, forces)
+        return found
+
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `landed` takes."""
+        engine: Any = self.engine
+        found: list[Any] = engine.write_world(program)
+        return found
 
     def reaches_stop(self, joints: Array, speed: Array, step: float) -> Array | None:
         """Return whether `compiled_form` would refuse the next step; pure.
@@ -433,17 +489,30 @@ class CoupledBody(BodyOptions):
             found = _reaches(place, rate, bounds, step, held=self._forces.foretells) | found
         return found
 
-    def begin_alone(self) -> None:
+    def begin_alone(self, step: float) -> None:
         """Prepare for steps by `write_step`."""
         engine: Any = self.engine
+        self._step = step
         engine.begin_alone()
 
-    def end_alone(self, followed: Floats, joints: Floats, now: Floats, middle: Floats) -> None:
+    def leave(self) -> None:
+        """End steps by `write_step`: the engine takes back one that was refused."""
+        engine: Any = self.engine
+        engine.leave()
+
+    def end_alone(
+        self, followed: Floats, joints: Floats, now: Floats, middle: Floats | None, kick: Floats
+    ) -> None:
         """Note steps by `write_step`, see `seals.backend.CompiledBody`."""
         engine: Any = self.engine
-        cast("SolvedForces", self._forces).note(engine.end_alone())
+        self._forces.note(engine.end_alone(), kick, self._step)
         self._contacts.note(None, None)
         self.followed, self._joints, self._speed = followed, joints, HalfStep(now, middle)
+
+    def note_contacts(self, record: Floats, began: LinksAt) -> None:
+        """Note the contacts of a step by `write_step`."""
+        engine: Any = self.engine
+        self._contacts.note(engine.contacts_of(record), began)
 
     def after_step(self, step: float) -> None:
         """Compute the velocity at the new time, and correct the pose by the half-step velocity.

@@ -20,7 +20,7 @@ What passes through it is here as well: joint drives, linear in the acceleration
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -274,6 +274,65 @@ class CompiledEngineBody(EngineMotion, Protocol):
     def put(self, *written: Floats) -> None:
         """Set the state of the robot, see `write_law`."""
 
+    def native_places(self) -> list[int]:
+        """Return the addresses of the numbers that `native` returns, each side by side."""
+        ...
+
+    def write_put(
+        self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]
+    ) -> tuple[Any, int] | None:
+        """Write `put`, see `seals.backend.CompiledBody.write_put`."""
+        ...
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`."""
+        ...
+
+    def leave(self) -> None:
+        """Take back a step by `write_step` that was refused."""
+        ...
+
+    def end_alone(self) -> Floats:
+        """Note steps by `write_step`; return the forces on the joints in the last, shape (J,)."""
+        ...
+
+
+class CompiledMasses(CompiledEngineBody, Protocol):
+    """The same of an engine with scalar link masses and joint motors, see `EngineBody`."""
+
+    def alone(self) -> bool:
+        """Return whether the robot is the only one of the scene."""
+        ...
+
+    def write_step(
+        self,
+        program: Any,
+        loads: tuple[tuple[Any, int], tuple[Any, int]],
+        origin: Any,
+        stays: Callable[[], bool],
+    ) -> None:
+        """Write a step of the engine, refused where something may touch; Python is called in it.
+
+        Args:
+            program: `seals.world.scalar_compiler.Program`.
+            loads: places of the first two arguments of `apply_generalised`, with their lengths.
+            origin: place of the third.
+            stays: whether the engine's masses may stay as they are.
+        """
+        ...
+
+    def apply_generalised(self, force: Floats, joint_forces: Floats, origin: Floats) -> None:
+        """Apply a generalised force and forces on the joints over the next step.
+
+        One call in place of `apply_wrenches` and `apply_joint_forces`.
+
+        Args:
+            force: of the velocity as `set_velocity` takes it, but about ``origin`` [N, N m], shape
+                (n,).
+            joint_forces: added to it on the joints [N m or N], shape (J,).
+            origin: of the base [m], shape (3,).
+        """
+
 
 class CompiledSolving(CompiledEngineBody, Protocol):
     """The same of an engine that solves added inertia and joint drives, see `SolvingEngineBody`."""
@@ -303,27 +362,33 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         """Return whether the scene can be stepped by `write_step`, for this robot alone."""
         ...
 
-    def native_places(self) -> list[int]:
-        """Return the addresses of the numbers that `native` returns, each side by side."""
-        ...
-
-    def write_step(self, program: Any, loads: Sequence[tuple[Any, int]]) -> None:
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+    ) -> tuple[Any, int] | None:
         """Write a step of the engine under loads, for machine code that makes many of them.
 
-        Refused where contacts, or drives at their limits, ask for more than one solution.
+        Refused where contacts are not as said, or drives at their limits ask for more solutions.
 
         Args:
             program: `seals.world.scalar_compiler.Program`.
             loads: places of the joint forces and of the results of `compiled_law`, with lengths.
+            touching: whether something touches in the step.
+
+        Returns:
+            Place and length of a record of the contacts, see `contacts_of`; None for no contacts.
         """
         ...
 
-    def begin_alone(self) -> None:
-        """Prepare for steps by `write_step`."""
+    def write_world(self, program: Any) -> list[Any]:
+        """Write the state after a step; return the places of what `read_world` takes."""
         ...
 
-    def end_alone(self) -> Floats:
-        """Note steps by `write_step`; return the forces on the joints in the last, shape (J,)."""
+    def read_world(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return what `read_law` does, of velocities in world axes; pure."""
+        ...
+
+    def contacts_of(self, record: Floats) -> ContactPoints | None:
+        """Return the contacts in a step by its record, copies."""
         ...
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, namespace, some
 from seals.backend import Dynamics
@@ -254,15 +255,24 @@ class InertiaSplit:
         """
         if wanted is None:
             return False
-        if self._robot.tree.fixed_base:
-            wanted[0] = 0.0  # it does not move, and engines may let a base loose that has a mass
-        far = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
+        far = self._far(wanted)
         if not far.any():
             return False
         for link in np.flatnonzero(far.any(axis=1)):
             self._set(int(link), *wanted[link])
         self._raised = bool(self._iso.any())
         return True
+
+    def changes(self, wanted: Floats) -> bool:
+        """Return whether `update` would set the engine's masses."""
+        return bool(self._far(wanted).any())
+
+    def _far(self, wanted: Floats) -> NDArray[np.bool_]:
+        """Which links' isotropic parts have changed, shape (L, 2)."""
+        if self._robot.tree.fixed_base:
+            wanted[0] = 0.0  # it does not move, and engines may let a base loose that has a mass
+        far: NDArray[np.bool_] = np.abs(wanted - self._iso) > REFRESH * (self._scale + self._iso)
+        return far
 
     def _unit(self, name: str, matrix: Floats, links: tuple[int, ...]) -> Floats:
         """Isotropic mass [kg] and moment [kg m^2] of an added inertia of weight one, shape (n, 2).

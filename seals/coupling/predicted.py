@@ -15,6 +15,7 @@ gain.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -335,6 +336,37 @@ class PredictedForces:
         self._given = joint_force
         self._engine.apply_generalised(force, joint_force, links.kinematics.origins[0, 0])
         return True
+
+    def steps_alone(self) -> bool:
+        """Return whether the engine can be stepped by a program now: no motors act."""
+        return not self.running and hasattr(self._engine, "write_step") and self._engine.alone()
+
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+    ) -> None:
+        """Write a step of the engine, refused where its masses are to be set anew.
+
+        Args:
+            program: to write to.
+            loads: places of the results of `compiled_law`, with their lengths.
+            origin: place of that of the base.
+            touching: False.
+        """
+        force, joint_force, (place, size) = loads
+        wanted = np.zeros_like(self._split.isotropic)
+        program.copy(program.memory(wanted), place, size)
+        split = self._split if self._inertial else None
+        self._engine.write_step(
+            program,
+            (force, joint_force),
+            origin,
+            lambda: split is None or not split.changes(wanted),
+        )
+
+    def note(self, forces: Floats, kick: Floats, step: float) -> None:
+        """Note a step by `write_step`: the forces on the joints, and the change of velocity."""
+        self._given = forces
+        self.moved(kick, step)
 
     def measure(self) -> None:
         """Record the motor forces after a step."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -118,7 +119,14 @@ class SolvedForces:
         """Return whether the engine can be stepped by a program, see `CompiledSolving`."""
         return hasattr(self._engine, "write_step") and bool(self._engine.steps_alone())
 
-    def note(self, forces: Floats) -> None:
+    def write_step(
+        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+    ) -> tuple[Any, int] | None:
+        """Write a step of the engine, see `CompiledSolving`."""
+        found: tuple[Any, int] | None = self._engine.write_step(program, loads, touching=touching)
+        return found
+
+    def note(self, forces: Floats, kick: Floats, step: float) -> None:
         """Note the forces on the joints over the last step, see `joint_forces`."""
         self._given = forces
 

@@ -128,8 +128,9 @@ class Commands(_TableRecorder):
         rows, commands = self._rows.values[first - 1 : first - 1 + len(past.times)], past.commands()
         if commands is not None:
             rows[:, : self._drives] = commands
-        if past.joint_command is not None:
-            rows[:, self._drives :] = past.joint_command[0]
+        joints = past.joint_commands()
+        if joints is not None:
+            rows[:, self._drives :] = joints
 
 
 GAP = 0.1
@@ -154,13 +155,21 @@ class Contacts(Recorder):
 
     def record(self, moment: Moment) -> None:
         """Record whether anything was touched since the row before."""
-        before, time = moment.before, moment.world.time
-        if time <= before or not (self._body.contact_normals() > 0.0).any():
+        past, time = moment.history, moment.world.time
+        pressing = None if past is None else past.pressing()
+        if past is not None and pressing is not None:
+            for begin, end, forces in zip(past.begins(), past.times, pressing, strict=True):
+                self._note(begin, end, forces)
+        if time > moment.before:
+            self._note(moment.before, time, self._body.contact_normals())
+
+    def _note(self, begin: float, end: float, forces: Floats) -> None:
+        """Note the normal forces on all links between two instants."""
+        if not (forces > 0.0).any():
             return
-        begin = before
-        if self.spans and before - self.spans[-1][1] < GAP:
+        if self.spans and begin - self.spans[-1][1] < GAP:
             begin = self.spans.pop()[0]
-        self.spans.append((begin, time))
+        self.spans.append((begin, end))
 
     def snapshot(self) -> list[tuple[float, float]]:
         """Return the contacts so far."""

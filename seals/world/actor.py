@@ -320,8 +320,8 @@ class Actor:
         if pilot is not None:
             calls = pilot.calls - 1
             if most > 1 + pilot.free:
-                command = self._commanded(laws, ready, pilot, step)
-                most = most if command is not None else 1 + pilot.free
+                command, last = self._commanded(laws, ready, pilot, step)
+                most = int(min(most, last)) if command is not None else 1 + pilot.free
         stretch = laws.stretch(ready, command)
         every = MANY if command is None or pilot is None else pilot.every
         aim = None if pilot is None else pilot.aim
@@ -341,31 +341,40 @@ class Actor:
         if pilot is not None and steps > 1:
             pilot.wait(steps - 1)
             if command is not None and steps > given.until:
-                order, numbers, velocity = command.found()
-                targets = pilot.obeyed(command.law, order, numbers, velocity)
-                self.command, self.joint_command = order[None], targets[None]
-                train.obeyed(self.command, cast("Floats", asked))
+                order, numbers, velocity = command.found(pilot.left[1])
+                pilot.obeyed(command.law, order, numbers, velocity)
+                if asked is not None:
+                    self.command = order.drive[None]
+                    train.obeyed(self.command, asked)
+                self.joint_command = order.joints[None]
+                train.aimed(self.joint_command)
         return steps
 
     def _commanded(
         self, laws: CompiledStep, ready: Ready, pilot: Pilot, step: float
-    ) -> LoopedCommand | None:
-        """Return what commands the robot in the loop, set to begin; None where Python must."""
-        look, train = ready.look, self.drivetrain
-        drive, *_, held = ready.commands[1:]
-        found = None if train.late or drive is None or held is None else pilot.steady()
-        if found is None or look.state == "given" or self._weights is None:
-            return None
-        law, steady = found
+    ) -> tuple[LoopedCommand | None, float]:
+        """Return what commands the robot in the loop, and for how many steps; None for Python."""
+        look, train, none = ready.look, self.drivetrain, (None, 0)
+        drive, _, position, held = ready.commands[1:]
+        found = None if train.late else pilot.steady()
+        weights = self._weights
+        if found is None or look.state == "given" or weights is None:
+            return none
+        law, steady, last = found
+        if (law.order is not None and (drive is None or held is None)) or (
+            law.targets is not None and position is None
+        ):
+            return none
         key = look.state, steady.place is None, law.kernel
         command = self._looped.get(key)
         if command is None:
             command = self._looped[key] = LoopedCommand(
-                *(law, self._weights.kernel(look), laws.links.layout, train, look),
+                *(law, partial(weights.kernel, look), laws.links.layout, train, look),
                 *(laws.full_voltage, steady.place is not None, step, pilot.every),
             )
-        command.begin(*pilot.left, steady)
-        return command
+        memory, order = pilot.left
+        command.begin(memory, order.joints, steady)
+        return command, last
 
     def _say(self, problem: Exception) -> None:
         """Say that there is no machine code; the run notes it."""
@@ -520,16 +529,23 @@ class Actor:
         """Sample the sensors at the ends of steps that were made at once."""
         pilot, suite, times = self.pilot, self.sensor_suite, history.times
         # only the last of the readings is told the pilot, unless they tell where the robot is
-        if pilot is None or pilot.sense == TRUTH:
+        felt = history.passed.contacts
+        if felt is None and (pilot is None or pilot.sense == TRUTH):
             links = history.passed.links if keep else None
             found = suite.catch_up(times, rng, step, links)
             if found is not None:
                 history.readings = [(slice(0, len(times)), found)]
                 return
+        body, began = cast("CompiledBody", self.body), history.passed.began
         for k, look in enumerate(history.passed.looks()):
+            if felt is not None:
+                body.note_contacts(felt[k], began)
             self._sensed(Instant(look.time, step, look.seen, look.felt), rng)
+            began = look
             if keep:
                 history.readings.append((k, self.readings))
+        if felt is not None:
+            body.note_contacts(felt[-1], began)
 
     def _sensed(self, now: Instant, rng: np.random.Generator) -> None:
         """Sample the sensors that are due at an instant, and pass arriving readings on."""

@@ -171,13 +171,17 @@ class CompiledStep:
         if found is not None and found.command is command:
             found.begin(ready, None)
             return found
-        if not (look.begun and look.state != "given" and self._body.steps_alone()):
+        touching = self._body.touching
+        # the time between two mean velocities is a whole step after a contact
+        begun = look.begun or touching
+        if not (begun and look.state != "given" and self._body.steps_alone()):
             return None
         form = self._form(ready)
         leap, given = self.links.leap(*self._body.native_state(), ready.key[-1])
-        made = form.stretches.get(command)
+        made = form.stretches.get((command, touching))
         if made is None:
-            made = form.stretches[command] = Stretch(self._parts, ready, form, leap, command)
+            made = Stretch(self._parts, ready, form, leap, command)
+            form.stretches[command, touching] = made
         made.begin(ready, given)
         self._stretch = made
         return made

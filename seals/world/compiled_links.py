@@ -225,11 +225,15 @@ class CompiledLinks:
     def leap(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
     ) -> tuple[Kernel, list[Any]]:
-        """Return the law of the state after a step, see `follow`, and its arguments."""
-        key = ("leap", len(own) > 2, step)
+        """Return the law of the state after a step, see `follow`, and its arguments.
+
+        Without ``own``: after a step in which something touched.
+        """
+        key = ("leap" if own else "land", len(own) > 2, step)
         kernel = self._kernels.get(key) or self._compiled(key, native, own)
         assert self._start is not None
-        return kernel, [*native, *own, self._time, *_past(self._start.track, step, halved=True)]
+        past = _past(self._start.track, step, halved=bool(own))
+        return kernel, [*native, *own, self._time, *past]
 
     def follow(
         self, native: tuple[Floats, ...], own: tuple[Floats, ...], step: float
@@ -254,11 +258,15 @@ class CompiledLinks:
             count, last = len(native), len(native) + len(own)
 
             def law(*x: Array) -> list[Array]:
-                both = [y[None] for y in x[count:last]]
-                (place, turn, angles, now, middle), found = self._body.leapt(x[:count], both, step)
+                if kind == "land":
+                    state, found = self._body.landed(x[:count])
+                else:
+                    both = [y[None] for y in x[count:last]]
+                    state, found = self._body.leapt(x[:count], both, step)
+                place, turn, angles, now, middle = state
                 change = (2.0 / step) * (now - middle)[0, now.shape[1] - joints :]
-                state = place, turn, angles, now, x[last]
-                return [self._law(state, (middle, *x[last + 1 :]), step, change), *found]
+                given = place, turn, angles, now, x[last]
+                return [self._law(given, (middle, *x[last + 1 :]), step, change), *found]
 
             shapes = [*(np.shape(x) for x in (*native, *own)), (1, 1), *self._past]
         kernel = self._kernels[key] = compiled(law, shapes)

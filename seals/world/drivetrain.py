@@ -211,6 +211,10 @@ class Drivetrain:
         """
         self._asked, self._commands.now = command.tolist(), held
 
+    def aimed(self, goal: Floats) -> None:
+        """Note targets of the joints that were given without calls, shape (1, J)."""
+        self._positions.now = goal
+
     @property
     def late(self) -> bool:
         """Whether commands arrive late."""

@@ -48,6 +48,10 @@ class History:
         self.passed, self._given, self.times = passed, given, passed.times
         self.readings: list[Taken] = []
 
+    def begins(self) -> list[float]:
+        """Return the times at which the steps began [s]."""
+        return [self.passed.began.time, *self.times[:-1]]
+
     def states(self) -> Configuration:
         """Return what `RigidBody.read` returned after each step, shapes (N, ...)."""
         return self.passed.states()
@@ -57,10 +61,10 @@ class History:
         first = self._given.command
         return None if first is None else self._changing(first, self.passed.orders)
 
-    @property
-    def joint_command(self) -> Floats | None:
-        """Commanded positions of the joints in all of them, shape (1, J); None for none."""
-        return self._given.joints
+    def joint_commands(self) -> Floats | None:
+        """Return commanded positions of the joints in each step, shape (N, J); None for none."""
+        first = self._given.joints
+        return None if first is None else self._changing(first, self.passed.targets)
 
     @property
     def aim(self) -> Reference | None:
@@ -71,6 +75,10 @@ class History:
         """Return the velocity of the reference in each step [m/s], shape (N, 3)."""
         assert self._given.aim is not None
         return self._changing(self._given.aim.velocity, self.passed.velocities)
+
+    def pressing(self) -> Floats | None:
+        """Return normal forces on every link after each step [N], (N, L); None for no contact."""
+        return self.passed.pressing()
 
     def memory(self, name: str) -> Any:
         """Return the memory of an effect after each step, shapes (N, ...); None where it stays."""

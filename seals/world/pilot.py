@@ -214,16 +214,21 @@ class Pilot:
         self._kept = PilotState(kept.calls + 1, guide, controller, aim, order, *heard)
         return order
 
-    def steady(self) -> tuple[CommandLaw, Steady] | None:
-        """Return law and aim of commands without Python; None where it is asked each time.
+    def steady(self) -> tuple[CommandLaw, Steady, float] | None:
+        """Return law and aim of commands without Python, and for how many steps they hold.
 
-        Where a sensor says where the robot is, it is: readings are taken after the steps.
+        The aim stays until the guide is asked, or longer where the guide says so. None where Python
+        is asked each time. Where a sensor says where the robot is, it is: readings are taken after
+        the steps.
         """
-        kept = self._kept
-        if self.sense != TRUTH or not self._options.needs_mass_properties or kept.aim is None:
+        kept, last = self._kept, math.inf
+        if self.sense != TRUTH or kept.aim is None:
             return None
         steady = self._leading.steady(kept.guide)
-        if steady is None or steady.aim.position is not None:
+        if steady is None:
+            # the first of the steps has been counted already
+            steady, last = Steady(kept.aim), 1 - kept.calls % -self._guide_every
+        if steady.aim.position is not None or last <= self._every:
             return None
         # an aim that the guide has not yet given waits for its turn
         if steady.place is None and steady.aim is not kept.aim:
@@ -231,7 +236,7 @@ class Pilot:
         if steady.place is not None and self._guide_every != self._every:
             return None
         law = self._options.command_law(self._period, kept.controller)
-        return None if law is None else (law, steady)
+        return None if law is None else (law, steady, last)
 
     @property
     def every(self) -> int:
@@ -244,31 +249,28 @@ class Pilot:
         return self._kept.calls
 
     @property
-    def left(self) -> tuple[Any, Floats]:
-        """Memory of the controller, and the targets of the joints, after the last command."""
+    def left(self) -> tuple[Any, ActuatorCommand]:
+        """Memory of the controller after the last command, and that command."""
         kept = self._kept
         assert kept.order is not None
-        return kept.controller, kept.order.joints
+        return kept.controller, kept.order
 
-    def obeyed(self, law: CommandLaw, order: Floats, numbers: Floats, velocity: Any) -> Floats:
-        """Note the last command that was given without Python; return the targets of the joints.
+    def obeyed(
+        self, law: CommandLaw, order: ActuatorCommand, numbers: Floats, velocity: Any
+    ) -> None:
+        """Note the last command that was given without Python.
 
         Args:
             law: of the controller.
-            order: of the drives, shape (n,).
+            order: the command.
             numbers: of the controller's memory.
             velocity: of the aim, None for the present one.
         """
         kept = self._kept
         assert kept.aim is not None
-        assert kept.order is not None
         aim = kept.aim if velocity is None else kept.aim._replace(velocity=velocity)
-        self._kept = kept._replace(
-            controller=law.remembered(numbers, kept.controller),
-            aim=aim,
-            order=ActuatorCommand(order, kept.order.joints),
-        )
-        return kept.order.joints
+        remembered = law.remembered(numbers, kept.controller)
+        self._kept = kept._replace(controller=remembered, aim=aim, order=order)
 
     @property
     def free(self) -> int:

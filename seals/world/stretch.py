@@ -1,8 +1,9 @@
 """Steps of one robot that follow each other without Python: laws, engine and motion as one loop.
 
 A stretch lasts until the controller is due, a command arrives, a sensor wants to read, or a step
-takes another form: the hulls are wetted in another way, something touches, a joint comes to its
-stop, a drive to its limit. The step that does is refused and made one by one, see `World.advance`.
+takes another form: the hulls are wetted in another way, something touches or nothing does any more,
+a joint comes to its stop, a drive to its limit. The step that does is refused and made one by one,
+see `World.advance`.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ class Form:
     kernel: Kernel
     remembered: list[str]
     turning: list[str]
-    stretches: dict[LoopedCommand | None, Stretch] = field(default_factory=dict)
+    stretches: dict[tuple[LoopedCommand | None, bool], Stretch] = field(default_factory=dict)
 
     def told(
         self, row: Floats, results: list[Floats], memory: Mapping[str, Floats]
@@ -149,6 +150,10 @@ class Passed(NamedTuple):
         laws: memory, speeds and supply, of the results of the laws, shape (N, numbers).
         orders: what the loop commanded the drives, shape (N, n); None where it did not.
         velocities: of the place that it led to, shape (N, 3); None likewise.
+        targets: what it commanded the joints, shape (N, J); None likewise.
+        contacts: records of them, and of those in the step after; None where nothing touched.
+        poses: of the base as the engine tells them; None where that is what it was given.
+        began: the links where the first step began.
     """
 
     stretch: Stretch
@@ -157,13 +162,20 @@ class Passed(NamedTuple):
     laws: Floats
     orders: Floats | None
     velocities: Floats | None
+    targets: Floats | None
+    contacts: Floats | None
+    poses: Floats | None
+    began: Look
 
     def looks(self) -> list[Look]:
         """Return the links at the ends of the steps."""
+        return [self.look(k) for k in range(len(self.times))]
+
+    def look(self, k: int) -> Look:
+        """Return the links at the end of a step."""
         tree, layout = self.stretch.tree, self.stretch.layout
-        # of their own memory: the next stretch writes to the same place
-        rows = zip(self.times, self._leapt(0).copy(), strict=True)
-        return [Look(tree, time, block, layout, "none", True) for time, block in rows]
+        # of its own memory: the next stretch writes to the same place
+        return Look(tree, self.times[k], self._leapt(0)[k].copy(), layout, "none", True)
 
     def links(self, name: str) -> Floats:
         """Return an array of `seals.world.compiled_links.Layout`, a row for each step."""
@@ -172,8 +184,16 @@ class Passed(NamedTuple):
     def states(self) -> Configuration:
         """Return what the body read after each step."""
         body: Any = self.stretch.body
-        base, turn, joints, now = (self._leapt(k) for k in range(1, 5))
-        return body.read_rows((base, turn), joints, now)  # type: ignore[no-any-return]
+        _, *written, joints, now, _, _ = (self._leapt(k) for k in range(len(self.stretch.leapt)))
+        places = written if self.poses is None else [self.poses]
+        return body.read_rows(places, joints, now)  # type: ignore[no-any-return]
+
+    def pressing(self) -> Floats | None:
+        """Return `RigidBody.contact_normals` after each step, shape (N, L); None for no contact."""
+        if self.contacts is None:
+            return None
+        body: Any = self.stretch.body
+        return body.pressing(self.contacts[:-1])  # type: ignore[no-any-return]
 
     def memory(self, name: str) -> Floats | None:
         """Return the memory of an effect after each step; None where it stays as it was."""
@@ -215,16 +235,9 @@ class Views(Mapping[str, Floats]):
 
 
 class _Law(NamedTuple):
-    """Law in the loop, with copies of its memory in the last pass that was not refused."""
+    """Law in the loop."""
 
     kernel: Kernel
-    given: Floats
-    out: Floats
-
-    @classmethod
-    def of(cls, kernel: Kernel) -> _Law:
-        """Return a law; results that are numbers stand in its memory from the beginning."""
-        return cls(kernel, kernel.memory[0].copy(), kernel.memory[1].copy())
 
     def argument(self, program: Program, k: int) -> tuple[Place, int]:
         """Place of an argument, and its length."""
@@ -236,11 +249,6 @@ class _Law(NamedTuple):
         view = self.kernel.views[1][k]
         return program.out(self.kernel, view.start), view.size
 
-    def accept(self, program: Program) -> None:
-        """Copy its memory."""
-        program.copy(program.memory(self.given), program.given(self.kernel), self.given.size)
-        program.copy(program.memory(self.out), program.out(self.kernel), self.out.size)
-
 
 class Stretch:
     """Loop of steps of one form.
@@ -251,18 +259,24 @@ class Stretch:
         form: the laws of its loads.
         leap: the law of the motion.
         command: that is given in the loop, or None.
+
+    Attributes:
+        touching: whether something touches in all of them.
     """
 
     def __init__(
         self, parts: Parts, ready: Ready, form: Form, leap: Kernel, command: LoopedCommand | None
     ) -> None:
-        self.command = command
+        self.command, self.touching = command, parts.body.touching
         self._parts, self._form, self._key = parts, form, ready.key
-        self._loads, self._leap = _Law.of(form.kernel), _Law.of(leap)
+        self._loads, self._leap = _Law(form.kernel), _Law(leap)
         self._commands = [x is not None for x in ready.commands]
         self._names = list(ready.memory)
-        self._goal = self._commands[3] and parts.drivetrain.goal is not None
-        self._after = _Law.of(self._between(ready, goal=self._goal))
+        self._after = _Law(self._between(ready))
+        self._mover: Kernel | None = None
+        if self._commands[3] and parts.drivetrain.goal is not None:
+            step, both = ready.key[-1], [(1, parts.body.robot.tree.joints)] * 2
+            self._mover = compiled(lambda x, y: [parts.drivetrain.moved(x, y, step)], both)
         self.tree, self.layout = parts.body.robot.tree, parts.links.layout
         self.body, self.leapt = parts.body, leap.views[1]
         results = form.kernel.views[1]
@@ -270,17 +284,25 @@ class Stretch:
         last = 1 + len(form.remembered)
         self.remembered = dict(zip(form.remembered, results[1:last], strict=True))
         self.first, self._beyond = results[1].start, results[last + len(form.turning) + 2].start
-        asked = 0 if command is None else command.law.kernel.views[1][command.law.order].size
-        widths = (leap.memory[1].size, self._beyond - self.first, asked, 3)
-        self._tapes = [np.zeros((MOST, width)) for width in widths]
-        self._addresses = [tape.ctypes.data for tape in self._tapes]
+        commanded = (0, 0, 0) if command is None else command.widths
+        self._widths = [leap.memory[1].size, self._beyond - self.first, *commanded]
+        self._poses = False
+        views = form.kernel.views[0][2 : 2 + sum(self._commands)]
+        # the commands in the last pass that was not refused
+        self._given = np.zeros(sum(view.size for view in views))
+        own = iter([View(view.shape, view.start - views[0].start) for view in views])
+        self._kept = [next(own) if there else None for there in self._commands]
         self._loop = self._written()
-        kept = self.remembered
+        self._tapes = [np.zeros((MOST, width)) for width in self._widths]
+        self._addresses = [tape.ctypes.data for tape in self._tapes]
+        later = [View(view.shape, view.start - self.first) for view in results[1:]]
+        kept = dict(zip(form.remembered, later, strict=False))
         self._memories = {name: kept[name] for name in self._names if name in kept}
-        self._speeds = dict(zip(form.turning, results[last:], strict=False))
-        self._supply = results[last + len(form.turning) :][:2]
+        self._speeds = dict(zip(form.turning, later[last - 1 :], strict=False))
+        self._supply = later[last - 1 + len(form.turning) :][:2]
         self._end: Floats | None = None
         self._memory: Mapping[str, Floats] = ready.memory
+        self._began, self._before = ready.look, parts.body.velocity
 
     def continues(self, look: Look, memory: Mapping[str, Floats]) -> bool:
         """Return whether the next step follows the last one here, and has its form.
@@ -304,13 +326,13 @@ class Stretch:
             for place, value in zip(self._loads.kernel.places[2:], commands, strict=False):
                 place[...] = value
         else:
-            memory = ready.memory.values()
-            self._loads.kernel.put([ready.look.block, ready.time, *commands, *memory])
+            own = *ready.memory.values(), *self._parts.body.compiled_arguments()
+            self._loads.kernel.put([ready.look.block, ready.time, *commands, *own])
             self._leap.kernel.put(given)
-        self._memory = ready.memory
-        if self._goal:
-            now, goal = self._after.kernel.places[3:]
-            now[...], goal[...] = ready.commands[3], self._parts.drivetrain.goal
+            self._before = self._parts.body.velocity
+        self._memory, self._began = ready.memory, ready.look
+        if self._mover is not None:
+            self._mover.places[1][...] = self._parts.drivetrain.goal
 
     def run(self, first: int, most: int, calls: int, ledger: Ledger) -> Made | None:
         """Make steps, their rows in the ledger; None where the first one is refused.
@@ -322,9 +344,10 @@ class Stretch:
             ledger: of the robot.
         """
         body = self._parts.body
-        body.begin_alone()
+        body.begin_alone(self._key[-1])
         most = min(most, MOST)
         steps = self._loop(first, most, calls, ledger.reserve(most), *self._addresses)
+        body.leave()
         if not steps:
             self._end = None
             return None
@@ -332,48 +355,50 @@ class Stretch:
         times = [(first + k) * step for k in range(steps + 1)]
         ledger.append(times[:-1])
         if steps > 1:
-            leaps, laws, orders, velocities = (tape[: steps - 1] for tape in self._tapes)
-            led = self.command is not None and self.command.led
-            passed = Passed(
-                *(self, times[1:-1], leaps, laws),
-                orders if self.command is not None else None,
-                velocities if led else None,
+            leaps, laws, *told = (tape[: steps - 1] for tape in self._tapes[:5])
+            there = (False,) * 3 if self.command is None else self.command.tells
+            orders, velocities, targets = (
+                tape if some else None for tape, some in zip(told, there, strict=True)
             )
-        found, views = self._leap.out.copy(), self._leap.kernel.views[1]
-        end, joints, now, middle = (views[k].of(found) for k in (0, 3, 4, 5))
-        self._end = end
-        body.end_alone(end, joints, now, middle)
+            passed = Passed(
+                *(self, times[1:-1], leaps, laws, orders, velocities, targets),
+                contacts=self._tapes[-1][:steps] if self.touching else None,
+                poses=self._tapes[-1][: steps - 1] if self._poses else None,
+                began=self._began,
+            )
+        found, views = self._tapes[0][steps - 1].copy(), self.leapt
+        before = self._before if steps == 1 else views[-3].of(self._tapes[0][steps - 2])
+        end, joints, now, middle = (views[k].of(found) for k in (0, -4, -3, -2))
+        self._end, self._before = end, now
+        body.end_alone(end, joints, now, None if self.touching else middle, now - before)
+        if self.touching:
+            began = self._began if passed is None else passed.look(steps - 2)
+            body.note_contacts(self._tapes[-1][steps - 1], began)
         return self._made(steps, passed)
 
     def _made(self, steps: int, passed: Passed | None) -> Made:
-        """Return what was made, of copies of the laws' memory in the last step."""
-        out, kept = self._loads.out.copy(), len(self._memories) == len(self._names)
+        """Return what was made, of copies of what was recorded of the last step."""
+        out, kept = self._tapes[1][steps - 1].copy(), len(self._memories) == len(self._names)
         memory: Mapping[str, Floats] = Views(out, self._memories)
         self._memory = memory if kept else {**self._memory, **memory}
         supply = supply_of(*(view.of(out) for view in self._supply))
-        given, views = self._loads.given.copy(), iter(self._loads.kernel.views[0][2:])
-        _, drive, voltage, held, asked = (
-            next(views).of(given) if there else None for there in self._commands
-        )
+        given = self._given.copy()
+        _, drive, voltage, held, asked = (x if x is None else x.of(given) for x in self._kept)
         speeds = Views(out, self._speeds)
         return Made(steps, self._memory, speeds, supply, drive, voltage, held, asked, passed)
 
-    def _between(self, ready: Ready, *, goal: bool) -> Kernel:
-        """Compile what is asked between two steps: whether the form changes; what servos hold."""
-        links, body, train = self._parts
+    def _between(self, ready: Ready) -> Kernel:
+        """Compile what is asked between two steps: whether the form changes."""
+        links, body, _ = self._parts
         *_, state, step = ready.key
         joints, degrees = ready.look.joints.shape[1], body.robot.degrees
 
-        def law(extent: Array, place: Array, speed: Array, *held: Array) -> list[Array]:
+        def law(extent: Array, place: Array, speed: Array) -> list[Array]:
             changes = links.changes(state, extent[0], extent[1])
             stops = body.reaches_stop(place, speed, step)
-            changes = changes if stops is None else changes | stops
-            if not held:
-                return [changes]
-            now, goal = held
-            return [changes, train.moved(now, goal, step)]
+            return [changes if stops is None else changes | stops]
 
-        return compiled(law, [(2,), (joints,), (degrees,), *[(1, joints)] * (2 * goal)])
+        return compiled(law, [(2,), (joints,), (degrees,)])
 
     def _argument(self, program: Program, name: str) -> tuple[Place, int]:
         """Place of a command among the arguments of the laws."""
@@ -383,41 +408,74 @@ class Stretch:
     def _written(self) -> Any:
         """Write and compile the loop."""
         body, form, step = self._parts.body, self._form, self._key[-1]
-        program = Program(len(self._tapes) + 1)
+        # the ledger's rows, what is told of the steps, and contacts or poses
+        program = Program(len(self._widths) + 2)
         loads, leap = self._loads, self._leap
         first = 1 + len(form.remembered) + len(form.turning)
-        if self.command is not None:
-            block, _ = loads.argument(program, 0)
-            drive, held = (self._argument(program, name)[0] for name in ("drive", "held"))
-            battery = self._argument(program, "voltage")[0] if self._commands[2] else None
-            with program.every(self.command.every):
-                self.command.write(program, Given(block, drive, battery, held))
+        self._write_command(program)
         program.tell_time(loads.argument(program, 1)[0], step, 0)
         program.run(loads.kernel)
         count = len(loads.kernel.views[1])
-        body.write_step(program, [loads.result(program, k) for k in range(first + 2, count)])
-        places = body.native_places()
-        for k, address in enumerate(places):
+        given = [loads.result(program, k) for k in range(first + 2, count)]
+        block, _ = loads.argument(program, 0)
+        origin = block._replace(start=block.start + self.layout.span("origins")[0])
+        told = body.write_step(program, given, origin, touching=self.touching)
+        places = [program.address(x) for x in body.native_places()]
+        places = body.write_world(program) if self.touching else places
+        for k, at in enumerate(places):
             place, size = leap.argument(program, k)
-            program.copy(place, program.address(address), size)
-        program.tell_time(leap.argument(program, len(places) + 3)[0], step, 1)
+            program.copy(place, at, size)
+        program.tell_time(leap.argument(program, self._past(len(places)))[0], step, 1)
         program.run(leap.kernel)
-        program.refuse_if(leap.result(program, 6)[0])
+        last = len(self.leapt)
+        program.refuse_if(leap.result(program, last - 1)[0])
         program.accept()
-        for k, address in enumerate(places[-2:]):
-            program.copy(program.address(address), *leap.result(program, 1 + k))
-        loads.accept(program)
-        leap.accept(program)
+        if not self.touching:
+            written = [leap.result(program, k) for k in range(1, last - 4)]
+            told = body.write_put(program, written, given[1])
+            self._poses = told is not None
+        self._widths.append(0 if told is None else told[1])
+        if told is not None:
+            program.record(len(self._widths), told)
+        commands, _ = loads.argument(program, 2)
+        program.copy(program.memory(self._given), commands, self._given.size)
         if self.command is not None:
             self.command.accept(program)
         program.record(0, loads.result(program, 0))
-        program.record(1, (program.out(leap.kernel), leap.out.size))
+        program.record(1, (program.out(leap.kernel), self._widths[0]))
         program.record(2, (program.out(loads.kernel, self.first), self._beyond - self.first))
         if self.command is not None:
-            self.command.record(program, (3, 4))
+            self.command.record(program, (3, 4, 5))
         self._write_next(program, len(places), first)
         self._write_between(program)
         return program.compiled()
+
+    def _write_command(self, program: Program) -> None:
+        """Write a command, where one is due, and what the servos hold from then on."""
+        names = ("drive", "voltage", "position", "held")
+        there = (self._commands[k] for k in (1, 2, 3, 4))
+        places = {
+            name: self._argument(program, name)[0] if some else None
+            for name, some in zip(names, there, strict=True)
+        }
+        goal = held = places["position"]
+        if self._mover is not None:
+            goal = program.given(self._mover, self._mover.views[0][1].start)
+        if self.command is not None:
+            block, _ = self._loads.argument(program, 0)
+            with program.every(self.command.every):
+                given = *(places[x] for x in ("drive", "voltage", "held")), goal
+                self.command.write(program, Given(block, *given))
+        if self._mover is not None and held is not None:
+            size = self._mover.views[0][0].size
+            with program.every(1):
+                program.copy(program.given(self._mover), held, size)
+                program.run(self._mover)
+                program.copy(held, program.out(self._mover), size)
+
+    def _past(self, native: int) -> int:
+        """Number of the argument of the law of the motion that is the time; the past follows."""
+        return native + (0 if self.touching else 3)
 
     def _write_next(self, program: Program, native: int, first: int) -> None:
         """Write what the next step begins with.
@@ -431,12 +489,13 @@ class Stretch:
         block, _ = leap.result(program, 0)
         program.copy(loads.argument(program, 0)[0], *leap.result(program, 0))
         # velocity, joints and the velocity half a step earlier, in the order of `leapt`
-        for k, result in enumerate((4, 3, 5)):
+        last = len(self.leapt)
+        for k, result in enumerate(() if self.touching else (last - 3, last - 4, last - 2)):
             program.copy(leap.argument(program, native + k)[0], *leap.result(program, result))
         # the mean speed over the step, then the links with their motion
         for k, name in enumerate(("rotations", "arms", "axes", "means")):
             start, size = layout.span(name)
-            place = leap.argument(program, native + 4 + k)[0]
+            place = leap.argument(program, self._past(native) + 1 + k)[0]
             program.copy(place, block._replace(start=block.start + start), size)
         for name, result in (("voltage", first), ("drive", first + 1)):
             place, size = loads.result(program, result)
@@ -453,11 +512,8 @@ class Stretch:
         block, size = leap.result(program, 0)
         extent = block._replace(start=block.start + size - 2)
         program.copy(after.argument(program, 0)[0], extent, 2)
-        for k, result in enumerate((3, 4)):
+        last = len(self.leapt)
+        for k, result in enumerate((last - 4, last - 3)):
             program.copy(after.argument(program, 1 + k)[0], *leap.result(program, result))
         program.run(after.kernel)
-        if self._goal:
-            place, size = self._argument(program, "position")
-            program.copy(place, after.result(program, 1)[0], size)
-            program.copy(after.argument(program, 3)[0], *after.result(program, 1))
         program.end_if(after.result(program, 0)[0])

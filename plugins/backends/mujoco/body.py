@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats, namespace
 from seals.coupling import ImplicitDrive
 from seals.frames import carried, cross, matrix_of
-from seals.plugins.backends.mujoco.contact_law import MujocoContacts
-from seals.plugins.backends.mujoco.library import library
-from seals.plugins.backends.mujoco.scene import Scene
+from seals.plugins.backends.mujoco.contact_law import MujocoContacts, Points, points_of
+from seals.plugins.backends.mujoco.contact_loop import RECORD, ContactLoop, recorded
+from seals.plugins.backends.mujoco.library import Library, library
+from seals.plugins.backends.mujoco.scene import PASSES, Scene
 from seals.robot.model import RobotModel
 from seals.world.scalar_compiler import Place, Program, compiled
 
@@ -90,11 +92,9 @@ class MujocoBody:
         self._origins, self._rotations, self._centres = d.xpos, d.xmat, d.xipos
         self._out = np.zeros(3)
         self._back = np.zeros(4)
-        number, link = np.full(m.ngeom, -1), np.zeros(m.ngeom, dtype=int)
+        self._link = np.full(m.ngeom, -1)
         for name, k in names.shapes:
-            shape = m.geom(name).id
-            number[shape], link[shape] = self._number, k
-        self._mine, self._link = number == self._number, link
+            self._link[m.geom(name).id] = k
 
     def _entries(self, m: Any, every: list[int]) -> None:
         """Indices of the robot's entries in the engine's sparse inertia, with their coordinates."""
@@ -170,14 +170,19 @@ class MujocoBody:
 
     def read_law(self, *native: Array) -> tuple[Array, Array, Array, Array]:
         """Return place, attitude, velocity and joints."""
+        place, turn, v, joints = self.read_world(*native)
+        if not self._free:
+            return place, turn, v, joints
+        spin = matrix_of(turn) @ v[0, 3:6]
+        return place, turn, namespace(v).concat((v[:, :3], spin, v[:, 6:]), axis=1), joints
+
+    def read_world(self, *native: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the same of positions and of velocities in world axes."""
         if not self._free:
             place, turn, joints, velocity = native
             return place[None], _shifted(turn, -1)[None], velocity[None], joints[None]
         q, v = native
-        turn = _shifted(q[3:7], -1)[None]
-        spin = matrix_of(turn) @ v[3:6]
-        velocity = namespace(v).concat((v[None, :3], spin, v[None, 6:]), axis=1)
-        return q[None, :3], turn, velocity, q[None, 7:]
+        return q[None, :3], _shifted(q[3:7], -1)[None], v[None], q[None, 7:]
 
     def write_law(self, place: Array, turn: Array, velocity: Array, joints: Array) -> list[Array]:
         """Return positions and velocities as the engine keeps them."""
@@ -301,41 +306,116 @@ class MujocoBody:
         parts = free if self._free else (self._place, self._turn, *free)
         return [x.ctypes.data for x in parts]
 
-    def write_step(self, program: Program, loads: Sequence[Given]) -> None:
-        """Write a step of the engine, refused where something touches or a drive is at its limit.
+    def write_step(
+        self, program: Program, loads: Sequence[Given], *, touching: bool
+    ) -> Given | None:
+        """Write a step of the engine, refused where a drive is at its limit.
+
+        Refused as well where something touches, or where nothing does.
 
         Args:
             program: to write to.
             loads: places of the results of `compiled_law`, with their lengths.
+            touching: whether something touches in it.
+
+        Returns:
+            The contacts, see `contacts_of`; None where nothing touches.
         """
-        scene, found = self._scene, library(self._engine)
-        assert found is not None
-        model, data = (program.address(x._address, x) for x in (scene.model, scene.data))
-        d, (outer, push, _, force, added, *drive) = scene.data, loads
-
-        def stages(*names: str) -> None:
-            for name in names:
-                program.call(found.stages[name], model, data)
-
+        d, outer, drive = self._scene.data, loads[0], loads[5:]
         for array in (d.qpos, d.qvel, d.qacc, d.qacc_warmstart):
             program.keep(program.address(array.ctypes.data), array.size)
-        program.keep(program.address(found.place(d, "time")), 1)
-        stages("mj_kinematics", "mj_comPos", "mj_makeM")
+        program.keep(program.address(self._library.place(d, "time")), 1)
+        program.keep(program.memory(self._felt), self._joints)
+        self._write_loads(program, loads)
+        if touching:
+            record = self._write_contacts(program, [*drive, outer])
+            self._write_stages(program, "mj_Euler")
+            return record, RECORD
+        program.refuse_if(program.address(self._library.place(d, "ncon")), integer=True)
+        self._write_stages(program, "mj_makeConstraint", "mj_projectConstraint", "mj_fwdVelocity")
+        self._write_solution(program, [*drive, outer])
+        self._write_stages(program, "mj_Euler")
+        return None
+
+    @property
+    def _library(self) -> Library:
+        found = library(self._engine)
+        assert found is not None
+        return found
+
+    def _write_stages(self, program: Program, *names: str) -> None:
+        """Write stages of a step of the engine."""
+        parts = self._scene.model, self._scene.data
+        places = [program.address(x._address, x) for x in parts]
+        for name in names:
+            program.call(self._library.stages[name], *places)
+
+    def _write_loads(self, program: Program, loads: Sequence[Given]) -> None:
+        """Write a step up to the contacts, with added inertia and forces."""
+        _, push, _, force, (added, _), *_ = loads
+        self._write_stages(program, "mj_kinematics", "mj_comPos", "mj_makeM")
         program.copy(program.address(self._push.ctypes.data), *push)
         if self._joints:
             program.copy(program.address(self._applied[self._dofs].ctypes.data), *force)
         places = range(self._at.start, self._at.stop) if isinstance(self._at, slice) else self._at
-        program.add(program.address(d.M.ctypes.data), added[0], [int(k) for k in places])
-        stages("mj_factorM", "mj_collision")
-        program.refuse_if(program.address(found.place(d, "ncon")), integer=True)
-        stages("mj_makeConstraint", "mj_projectConstraint")
-        stages("mj_fwdVelocity", "mj_fwdAcceleration", "mj_fwdConstraint")
-        felt = program.memory(self._felt)
-        program.keep(felt, self._joints)
-        if drive:
-            outer = self._write_drives(program, [*drive, outer])
-        program.copy(felt, *outer)
-        stages("mj_Euler")
+        mass = program.address(self._mass.ctypes.data)
+        program.add(mass, added, [int(k) for k in places])
+        self._write_stages(program, "mj_factorM", "mj_collision")
+
+    def _write_solution(self, program: Program, given: Sequence[Given]) -> None:
+        """Write a solution for the accelerations, and the forces on the joints in it.
+
+        Args:
+            program: to write to.
+            given: places of what `_write_drives` takes, or of the forces on the joints alone.
+        """
+        self._write_stages(program, "mj_fwdAcceleration", "mj_fwdConstraint")
+        forces = self._write_drives(program, given) if len(given) > 1 else given[0]
+        program.copy(program.memory(self._felt), *forces)
+
+    def _write_contacts(self, program: Program, given: Sequence[Given]) -> Place:
+        """Write the solutions of a step in which something touches, as `Scene.advance` makes them.
+
+        Args:
+            program: to write to.
+            given: see `_write_solution`.
+
+        Returns:
+            The record of the contacts.
+        """
+        d, contacts = self._scene.data, ContactLoop(program, self._library, self._scene)
+        change = program.address(d.qacc.ctypes.data)
+        contacts.write_count()
+        self._write_stages(program, "mj_makeConstraint", "mj_projectConstraint", "mj_fwdVelocity")
+        contacts.write_begin()
+        again, settled = contacts.places
+        with program.repeated(PASSES, again):
+            self._write_solution(program, given)
+            contacts.write_correction(change)
+            with program.unless(settled):
+                contacts.write_references()
+                self._write_stages(program, "mj_factorM")
+                program.copy(program.address(d.qacc_warmstart.ctypes.data), change, d.qacc.size)
+        return contacts.write_record()
+
+    def write_put(self, program: Program, written: Sequence[Given], forces: Given) -> None:
+        """Write what `put` does; ``forces`` on the joints are known from the step."""
+        for address, given in zip(self.native_places()[-2:], written, strict=True):
+            program.copy(program.address(address), *given)
+
+    def write_world(self, program: Program) -> list[Place]:
+        """Write what `state` does; return the places of what `read_world` takes."""
+        places = [program.address(x) for x in self.native_places()]
+        if self._free:
+            *_, speeds = places
+            size = 6 + self._joints
+            world = program.memory(np.zeros(size))
+            program.copy(world, speeds, size)
+            turn = program.address(self._turn.ctypes.data)
+            spin = world._replace(start=3), speeds._replace(start=3)
+            program.call(self._library.stages["mju_rotVecQuat"], *spin, turn)
+            places[-1] = world
+        return places
 
     def _write_drives(self, program: Program, given: Sequence[Given]) -> Given:
         """Write the forces of the drives, refused where one is beyond its limit.
@@ -360,6 +440,9 @@ class MujocoBody:
         if self._wrenched:
             self._pushed[self._rows] = 0.0
             self._wrenched = False
+
+    def leave(self) -> None:
+        """Do nothing: what a refused step changed has been put back."""
 
     def end_alone(self) -> Floats:
         """Note steps by `write_step`; return the forces on the joints in the last one."""
@@ -422,10 +505,16 @@ class MujocoBody:
     def contacts(self) -> MujocoContacts | None:
         """Return the contacts of the robot in the last step."""
         d = self._scene.data
-        if d.ncon == 0:
-            return None
-        touched = self._mine[d.contact.geom]
-        return MujocoContacts(d, touched, self._link) if touched.any() else None
+        return self._told(d.contact.geom, lambda: points_of(d)) if d.ncon else None
+
+    def contacts_of(self, record: Floats) -> MujocoContacts | None:
+        """Return those of a step by `write_step`, by what it recorded."""
+        points = recorded(record)
+        return self._told(points.geom, lambda: points)
+
+    def _told(self, geom: NDArray[np.int32], points: Callable[[], Points]) -> MujocoContacts | None:
+        touched = self._link[geom]
+        return MujocoContacts(points, touched) if (touched >= 0).any() else None
 
 
 def _driving(*given: Array) -> list[Array]:

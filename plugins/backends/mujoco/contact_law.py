@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,44 +63,58 @@ def set_pair(pair: Any, surface: Surface, step: float) -> None:
     pair.margin = pair.gap = 0.0
 
 
+class Points(NamedTuple):
+    """Contact points of one step, C of them.
+
+    Args:
+        geom: the two shapes of each, shape (C, 2).
+        pos: places, world [m], shape (C, 3).
+        frame: normal and two tangents as rows, world, shape (C, 9).
+        parts: normal force and two of friction [N], shape (C, 3).
+    """
+
+    geom: NDArray[np.int32]
+    pos: Floats
+    frame: Floats
+    parts: Floats
+
+
+def points_of(data: Any) -> Points:
+    """Return the contact points in the engine's data after a step."""
+    contact = data.contact
+    start, size = contact.efc_address, contact.dim
+    parts, found = np.zeros((len(start), 3)), data.efc_force
+    # normal force and two of friction, where there are any
+    for k in range(3):
+        held = (start >= 0) & (size > k)
+        parts[held, k] = found[start[held] + k]
+    return Points(contact.geom, contact.pos, contact.frame.reshape(-1, 9), parts)
+
+
 class MujocoContacts:
     """Contacts of one step, see `seals.coupling.ContactPoints`.
 
     Args:
-        data: of the engine after a step.
-        touched: whether the first and the second shape of every contact is the robot's, shape
-            (C, 2).
-        link: row of the link of every shape.
+        points: gives all that touch in the scene.
+        touched: link of the robot that is the first and the second shape of every contact, -1 for
+            none, shape (C, 2).
     """
 
-    def __init__(self, data: Any, touched: NDArray[np.bool_], link: NDArray[np.int64]) -> None:
-        self._data, self._touched, self._of = data, touched, link
-        self._found: tuple[Any, Any, list[int]] | None = None
+    def __init__(self, points: Callable[[], Points], touched: NDArray[np.int64]) -> None:
+        self._points, self._touched = points, touched
 
     @property
     def links(self) -> list[int]:
         """Row of the touched link at every contact."""
-        return self._rows()[2]
-
-    def _rows(self) -> tuple[Any, Any, list[int]]:
-        """Contacts of the robot, which of their shapes is its, and the links."""
-        if self._found is None:
-            contact, side = np.nonzero(self._touched)
-            links = self._of[self._data.contact.geom[contact, side]].tolist()
-            self._found = contact, side, links
-        return self._found
+        found: list[int] = self._touched[self._touched >= 0].tolist()
+        return found
 
     def forces(self) -> tuple[Floats, Floats, Floats]:
         """Return points, forces and normal forces."""
-        contact, (rows, side, _) = self._data.contact, self._rows()
-        start, size = contact.efc_address[rows], contact.dim[rows]
-        found = self._data.efc_force
-        # normal force and two of friction, where there are any
-        parts = np.zeros((len(rows), 3))
-        for k in range(3):
-            held = (start >= 0) & (size > k)
-            parts[held, k] = found[start[held] + k]
-        force = np.matmul(parts[:, None, :], contact.frame[rows].reshape(-1, 3, 3))[:, 0]
+        rows, side = np.nonzero(self._touched >= 0)
+        points = self._points()
+        place, frame, parts = points.pos[rows], points.frame[rows], points.parts[rows]
+        force = np.matmul(parts[:, None, :], frame.reshape(-1, 3, 3))[:, 0]
         # a contact pushes its second shape along the normal, and the first one back
         force[side == 0] *= -1.0
-        return contact.pos[rows].copy(), force, parts[:, 0]
+        return place, force, parts[:, 0]

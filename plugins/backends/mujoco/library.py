@@ -18,23 +18,41 @@ STAGES = (
     *("mj_fwdConstraint", "mj_Euler"),
 )
 """Stages of a step, functions of model and data."""
+PRODUCTS = ("mj_mulJacVec", "mju_rotVecQuat")
+"""Functions of more: model, data, result and vector; result, vector and quaternion."""
 
 
 class Library:
-    """Addresses of the engine's stages and of the places in its data.
+    """Addresses of the engine's functions and of the places in its data.
 
     Args:
-        stages: addresses by name.
+        stages: addresses of `STAGES` and `PRODUCTS` by name.
         data: layout of ``mjData``.
+        contact: layout of a contact.
     """
 
-    def __init__(self, stages: dict[str, int], data: type[ctypes.Structure]) -> None:
-        self.stages, self._data = stages, data
+    def __init__(
+        self,
+        stages: dict[str, int],
+        data: type[ctypes.Structure],
+        contact: type[ctypes.Structure],
+    ) -> None:
+        self.stages, self._data, self._contact = stages, data, contact
 
     def place(self, data: Any, name: str) -> int:
         """Return the address of a field of the engine's data."""
         offset: int = getattr(self._data, name).offset
         return int(data._address) + offset
+
+    def of_contact(self, name: str) -> int:
+        """Return where a field of a contact stands in it [bytes]."""
+        offset: int = getattr(self._contact, name).offset
+        return offset
+
+    @property
+    def contact_size(self) -> int:
+        """Size of a contact [bytes]."""
+        return ctypes.sizeof(self._contact)
 
     def fits(self, data: Any) -> bool:
         """Return whether the layout is that of some data, seen by the fields that Python shows."""
@@ -44,6 +62,7 @@ class Library:
             all(getattr(seen, name) == getattr(data, name).ctypes.data for name in arrays)
             and (seen.ncon, seen.nefc) == (data.ncon, data.nefc)
             and seen.time == data.time
+            and self.contact_size == data.contact.pos.strides[0]
         )
 
 
@@ -58,14 +77,15 @@ def library(engine: Any) -> Library | None:
     try:
         from mujoco.introspect import structs
 
-        data = _structure("mjData", structs.STRUCTS)
+        data, contact = (_structure(name, structs.STRUCTS) for name in ("mjData", "mjContact"))
         loaded = ctypes.CDLL(str(found[0]))
         stages = {
-            name: ctypes.cast(getattr(loaded, name), ctypes.c_void_p).value or 0 for name in STAGES
+            name: ctypes.cast(getattr(loaded, name), ctypes.c_void_p).value or 0
+            for name in (*STAGES, *PRODUCTS)
         }
     except (AttributeError, ImportError, IndexError, LookupError, OSError):
         return None
-    return Library(stages, data)
+    return Library(stages, data, contact)
 
 
 def _structure(name: str, structs: Any) -> type[ctypes.Structure]:

@@ -7,15 +7,18 @@ that much, and solving again, gives Coulomb's law.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
+
+from seals.arrays import Array, namespace
 
 LOW, HIGH = 0.7, 2.0
 """Least and largest share of a correction that is made, by the secant of the last two [1]."""
 ENOUGH = 1e-3
 """Normal velocity that may be left over [m/s]: it lifts a body by micrometres in a step."""
+WAYS = 5
+"""Ways in which a contact slides, rolls and spins, at most."""
 
 
 class Sliding:
@@ -41,52 +44,85 @@ class Sliding:
 
     def begin(self) -> None:
         """Find the rows of the contacts with friction, after `mj_fwdVelocity`."""
-        # a few contacts: faster one by one than as arrays
-        contact, aref = self._data.contact, self._data.efc_aref.tolist()
-        table = zip(
-            contact.efc_address.tolist(),
-            contact.dim.tolist(),
-            contact.friction.tolist(),
-            strict=True,
-        )
-        self._rows = [(k, size, mu) for k, size, mu in table if k >= 0 and size > 1]
-        self._base = [aref[k] for k, _, _ in self._rows]
-        self._lowered = [0.0] * len(self._rows)
-        self._last: tuple[list[float], list[float]] | None = None
+        contact, aref = self._data.contact, self._data.efc_aref
+        first, size = contact.efc_address, contact.dim
+        some = (first >= 0) & (size > 1)
+        self._rows = first[some]
+        if not len(self._rows):
+            return
+        ways = np.arange(WAYS)
+        slides = ways < size[some, None] - 1
+        # ways that a contact does not have are read from the first one's row
+        self._ways = self._rows[:, None] + 1 + np.where(slides, ways, 0)
+        self._friction = np.where(slides, contact.friction[some], 0.0)
+        self._wanted, self._base = aref[self._ways], aref[self._rows]
+        self._past, self._known = np.zeros((3, len(self._rows))), np.zeros(1)
 
     def correct(self, step: float) -> bool:
         """Lower the references by the slip of the last solution; return whether to solve again."""
-        if not self._rows:
+        if not len(self._rows):
             return False
-        slip = self._slip()
-        off = [s - x for s, x in zip(slip, self._lowered, strict=True)]
-        if not max(abs(x) for x in off) * step > ENOUGH:
-            return False
-        lowered = slip
-        if self._last is not None:
-            columns = zip(self._lowered, off, *self._last, strict=True)
-            lowered = [
-                max(x + _share(x - before, then - d) * d, 0.0) for x, d, before, then in columns
-            ]
-        self._last, self._lowered = (self._lowered, off), lowered
-        aref = self._data.efc_aref
-        for (k, _, _), base, x in zip(self._rows, self._base, lowered, strict=True):
-            aref[k] = base - x
-        return True
-
-    def _slip(self) -> list[float]:
-        """Friction times the slip that friction cannot hold, of every contact [m/s^2]."""
         d = self._data
         found = np.zeros(d.nefc)
         self._engine.mj_mulJacVec(self._model, d, found, d.qacc)
-        found -= d.efc_aref
-        gap = found.tolist()
-        return [
-            math.sqrt(sum((mu[j] * gap[k + 1 + j]) ** 2 for j in range(size - 1)))
-            for k, size, mu in self._rows
-        ]
+        normal, past, again, _ = corrected(
+            self._friction,
+            self._base,
+            self._wanted,
+            found[self._ways],
+            self._past,
+            self._known,
+            step,
+        )
+        if not again:
+            return False
+        self._past, self._known = past, np.ones(1)
+        d.efc_aref[self._rows] = normal
+        return True
 
 
-def _share(moved: float, less: float) -> float:
-    """Share of a correction to make: by the secant, where it is not far from one."""
-    return min(max(moved / less, LOW), HIGH) if less else 1.0
+def corrected(  # noqa: PLR0917  what is fixed in a step, and what is not
+    friction: Array,
+    base: Array,
+    wanted: Array,
+    change: Array,
+    past: Array,
+    known: Array,
+    step: float,
+) -> list[Array]:
+    """Return references for the next solution, what to remember, and whether to solve again; pure.
+
+    Args:
+        friction: coefficients of every contact, one for each way to slide, zero for a way that it
+            does not have [1], shape (C, 5).
+        base: references of the normal accelerations [m/s^2], shape (C,).
+        wanted: those of the ways to slide [m/s^2], shape (C, 5).
+        change: accelerations of the last solution [m/s^2], shape (C, 5).
+        past: by how much references were lowered in it; what was left over in the one before, and
+            by how much they were lowered in that [m/s^2], shape (3, C).
+        known: not zero where there was one before, shape (1,).
+        step: h [s].
+
+    Returns:
+        References, past, and whether to solve again and whether not, shape (1,) each.
+    """
+    xp = namespace(base)
+    lowered, then, before = past[0], past[1], past[2]
+    parts = friction * (change - wanted)
+    parts = parts * parts
+    total = parts[:, 0]
+    for k in range(1, WAYS):
+        total = total + parts[:, k]
+    slip = xp.sqrt(total)
+    off = slip - lowered
+    again = xp.max(xp.abs(off))[None] * step > ENOUGH
+    # a share of the correction by the secant, where it is not far from one
+    moved, less = lowered - before, then - off
+    even = less == 0.0
+    share = xp.minimum(
+        xp.maximum(moved / xp.where(even, less + 1.0, less), moved * 0.0 + LOW), moved * 0.0 + HIGH
+    )
+    share = xp.where(even, moved * 0.0 + 1.0, share)
+    secant = xp.maximum(lowered + share * off, lowered * 0.0)
+    later = xp.where(known > 0.0, secant, slip)
+    return [base - later, xp.stack((later, off, lowered), axis=0), again, ~again]

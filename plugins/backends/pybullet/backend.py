@@ -76,6 +76,7 @@ class BackendPybullet:
         self._engine: Any = None
         self._client = -1
         self._bodies: list[CoupledBody] = []
+        self._engines: list[PybulletBody] = []
         self._ground: list[int] = []
         self._scene = _Scene()
         self._close: weakref.finalize[..., Any] | None = None
@@ -107,12 +108,15 @@ class BackendPybullet:
         p.setGravity(0.0, 0.0, 0.0, physicsClientId=self._client)
         self.step = step
         self._ground = [_put(p, self._client, solid) for solid in solids_of(environment)]
+        self._scene.solids = tuple(self._ground)
 
     def add(self, robot: RobotModel) -> RigidBody:
         """Add a robot to the scene."""
         engine = PybulletBody(self._engine, self._client, robot, self._scene)
         body = CoupledBody(engine, robot, second_order=self.second_order)
         self._bodies.append(body)
+        self._engines.append(engine)
+        self._scene.robots += 1
         return body
 
     def advance(self) -> None:
@@ -130,6 +134,8 @@ class BackendPybullet:
         """Restore the scene to a snapshot."""
         state, bodies = snapshot
         self._engine.restoreState(stateId=state.number, physicsClientId=self._client)
+        for engine in self._engines:
+            engine.forget()
         for body, kept in zip(self._bodies, bodies, strict=True):
             body.restore(kept)
 
@@ -178,6 +184,7 @@ class BackendPybullet:
         self._scene.open = False
         self._client = -1
         self._bodies.clear()
+        self._engines.clear()
         self._ground.clear()
 
 
@@ -185,9 +192,16 @@ class _Scene:
     """Handle of an open scene, which ends with the last body or backend that holds it.
 
     The engine gives numbers of clients and states out again.
+
+    Attributes:
+        open: whether it is.
+        robots: how many are in it.
+        solids: the engine's numbers of what stands still.
     """
 
     open = True
+    robots = 0
+    solids: tuple[int, ...] = ()
 
 
 class _State:

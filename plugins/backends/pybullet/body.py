@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import contextlib
+import ctypes
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,10 +14,17 @@ from seals.frames import carried, conjugate, matrix_of, multiply
 from seals.multibody.tree import Tree
 from seals.plugins.backends.pybullet.loading import Loaded, load_robot
 from seals.robot.model import RobotModel
+from seals.world.scalar_compiler import Place, Program
 
 TOP_SPEED = 99.0
 """Speed above which motion is refused [m/s, rad/s]; the engine clamps silently at 100."""
 
+NEAR = 0.2
+"""Distance from what stands still below which steps are made one by one [m].
+
+The engine keeps contacts of a few centimetres."""
+Given: TypeAlias = tuple[Place, int]
+"""Place of some numbers, and how many."""
 _NOTHING = [0.0, 0.0, 0.0]
 _MOTOR_FORCE, _VELOCITY_LIMIT = 3, 11
 """Places of the motor's force in the engine's state of a joint, and of its limit in the joint's
@@ -42,7 +51,7 @@ class PybulletBody:
     stops_taken_back = 0.2
     """Error reduction of joint limits (``m_erp``, Bullet 3.25)."""
 
-    def __init__(self, engine: Any, client: int, robot: RobotModel, scene: object) -> None:
+    def __init__(self, engine: Any, client: int, robot: RobotModel, scene: Any) -> None:
         self._p, self._client, self._scene = engine, client, scene
         loaded = load_robot(engine, client, robot)
         self.body, self._index, self._joints = loaded.body, loaded.index, loaded.joints
@@ -63,9 +72,16 @@ class PybulletBody:
         stated = np.array([table[k][_VELOCITY_LIMIT] for k in self._back])
         self.joint_speed_limit = np.where(stated > 0.0, stated, np.inf)
         self._states: Any = ()
+        degrees, joints = robot.degrees, robot.tree.joints
+        self._arrays = tuple(np.zeros(size) for size in (3, 4, degrees, joints))
+        self._felt, self._made = np.zeros(joints), False
+        self._problem: BaseException | None = None
+        # what `put` was given last; None where the engine stands elsewhere
+        self._stands: tuple[Floats, ...] | None = None
 
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link."""
+        self._stands = None
         rotation = matrix_of(quaternion[None])[0]
         turn = multiply(quaternion[None], conjugate(self.base_turn))[0]
         self._p.resetBasePositionAndOrientation(
@@ -80,9 +96,16 @@ class PybulletBody:
 
         The engine reports the centre of mass and the attitude of the principal axes.
         """
-        position, turn = self._p.getBasePositionAndOrientation(
-            self.body, physicsClientId=self._client
-        )
+        place, turn = self._of_base(*self.native_pose())
+        return np.array(place), np.array(turn)
+
+    def base_poses(self, poses: Floats) -> tuple[Floats, Floats]:
+        """Return the same for rows of `native_pose`, shape (N, 7)."""
+        place, turn = self._of_base(poses[:, :3].T, poses[:, 3:].T)
+        return np.stack(place, axis=1), np.stack(turn, axis=1)
+
+    def _of_base(self, position: Any, turn: Any) -> tuple[list[Any], Sequence[Any]]:
+        """Origin and attitude of the base link, of numbers or of columns: equal bits."""
         # a few numbers: faster one by one than as arrays
         if self._turned:
             (x, y, z, w), (a, b, c, d) = turn, self._base_turn
@@ -92,7 +115,7 @@ class PybulletBody:
             )
         x, y, z, w = turn
         arm = carried(x, y, z, w, self._reference)
-        return np.array([p - q for p, q in zip(position, arm, strict=True)]), np.array(turn)
+        return [p - q for p, q in zip(position, arm, strict=True)], tuple(turn)
 
     def native_pose(self) -> tuple[Floats, Floats]:
         """Return centre of mass and principal axes of the base."""
@@ -107,6 +130,7 @@ class PybulletBody:
 
     def set_velocity(self, velocity: Floats, joints: Floats) -> None:
         """Set the velocity and the joint positions."""
+        self._stands = None
         if self._base:
             self._p.resetBaseVelocity(
                 self.body,
@@ -144,6 +168,11 @@ class PybulletBody:
                 self.body, place.tolist(), turn.tolist(), physicsClientId=self._client
             )
         self.set_velocity(velocity, joints)
+        self._stands = written
+
+    def forget(self) -> None:
+        """Forget what `put` was given: the engine stands elsewhere."""
+        self._stands = None
 
     def shift_base(self, displacement: Floats) -> None:
         """Move the base by a small displacement, world axes [m, rad], shape (6,)."""
@@ -213,6 +242,113 @@ class PybulletBody:
             p.applyExternalTorque(self.body, -1, given[3:6], frame, physicsClientId=client)
         if self._joints:
             self.apply_joint_forces(force[self._base :] + joint_forces)
+
+    def alone(self) -> bool:
+        """Return whether the robot is the only one of the scene."""
+        return bool(self._scene.robots == 1)
+
+    def native_places(self) -> list[int]:
+        """Return the addresses of what `native` returns, after a step by `write_step`."""
+        return [x.ctypes.data for x in self._arrays]
+
+    def write_step(
+        self, program: Program, loads: tuple[Given, Given], origin: Place, stays: Callable[[], bool]
+    ) -> None:
+        """Write a step of the engine, refused where something may touch; Python is called in it.
+
+        Args:
+            program: to write to.
+            loads: places of the first two arguments of `apply_generalised`, with their lengths.
+            origin: place of the third.
+            stays: whether the engine's masses may stay as they are.
+        """
+        given = [np.zeros(size) for size in (*(size for _, size in loads), 3)]
+        for array, (place, size) in zip(given, (*loads, (origin, 3)), strict=True):
+            program.copy(program.memory(array), place, size)
+        refused = np.zeros(1)
+
+        def step() -> None:
+            with contextlib.suppress(Exception):  # the step is refused, and fails one by one
+                if stays() and self._clear():
+                    self.apply_generalised(*given)
+                    self._p.stepSimulation(physicsClientId=self._client)
+                    self._made = True
+                    for array, values in zip(self._arrays, self.native(), strict=True):
+                        array[:] = values
+                    # the engine's contacts of large bodies begin farther away
+                    refused[0] = float(self.contacts() is not None)
+
+        program.copy(program.memory(refused), program.memory(np.ones(1)), 1)
+        self._write_call(program, step)
+        program.refuse_if(program.memory(refused))
+
+    def write_put(self, program: Program, written: Sequence[Given], forces: Given) -> Given:
+        """Write `put`, and that the forces on the joints are kept; return the place of the pose."""
+        arrays, pose = [np.zeros(size) for _, size in written], np.zeros(7)
+        for array, given in zip(arrays, written, strict=True):
+            program.copy(program.memory(array), *given)
+        program.copy(program.memory(self._felt), *forces)
+
+        def put() -> None:
+            self._made = False
+            self.put(*(array.copy() for array in arrays))
+            pose[:3], pose[3:] = self.native_pose()
+
+        self._write_call(program, put)
+        return program.memory(pose), 7
+
+    def _write_call(self, program: Program, function: Callable[[], None]) -> None:
+        """Write a call of Python; once one has failed there are no more, see `leave`."""
+
+        def called() -> None:
+            if self._problem is not None:
+                return
+            try:
+                function()
+            except BaseException as problem:  # it cannot pass through machine code
+                self._problem = problem
+
+        entry = ctypes.CFUNCTYPE(None)(called)
+        address = ctypes.cast(entry, ctypes.c_void_p).value
+        assert address is not None
+        program.address(address, entry)
+        program.call(address)
+
+    def _clear(self) -> bool:
+        """Return whether nothing is so near that it may touch in the next step."""
+        near = self._p.getClosestPoints
+        return not any(
+            near(self.body, solid, NEAR, physicsClientId=self._client)
+            for solid in self._scene.solids
+        )
+
+    def begin_alone(self) -> None:
+        """Prepare for steps by `write_step`."""
+        if self._stands is None:
+            self._stands = self.native()
+        self._problem, self._made = None, False
+
+    def leave(self) -> None:
+        """Take back a step by `write_step` that was refused.
+
+        A step in which a call of the engine failed is one of those: it is made again one by one,
+        and fails there.
+
+        Raises:
+            BaseException: what was raised besides.
+        """
+        problem, self._problem = self._problem, None
+        if self._made:
+            self._made = False
+            assert self._stands is not None
+            self.put(*(np.asarray(x) for x in self._stands))
+        if problem is not None:
+            raise problem
+
+    def end_alone(self) -> Floats:
+        """Return the forces on the joints in the last step by `write_step`."""
+        forces: Floats = self._felt.copy()
+        return forces
 
     def apply_joint_forces(self, forces: Floats) -> None:
         """Apply forces on the joints over the next step."""

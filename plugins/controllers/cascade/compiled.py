@@ -16,6 +16,7 @@ from seals.control.protocols import (
     Buoyancy,
     CommandLaw,
     Compiler,
+    SearchLaw,
     of_one,
 )
 from seals.pytree import leaves, mapped
@@ -121,13 +122,13 @@ class CompiledCascade:
         names = (*STATE_ARRAYS, "force", "place", "targets", "memory")
         aims = ("velocity_wanted", *AIM_ARRAYS[1:])
         within, order, block = range(3)
+        turns = ROUNDS * kernels.plain.views[1][order].size
         return CommandLaw(
-            *(kernels.plain, (*names, *aims), within, order, block),
+            *(kernels.plain, (*names, *aims), block),
             numbers=lambda memory: memory.block,
             remembered=lambda numbers, last: PackedState(numbers, last.joints),
-            turn=kernels.round,
-            found=kernels.bounded,
-            turns=ROUNDS * kernels.plain.views[1][order].size,
+            order=order,
+            search=SearchLaw(within, kernels.round, kernels.bounded, turns),
         )
 
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:

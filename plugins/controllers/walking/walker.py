@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import enum
+import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +21,7 @@ import numpy as np
 from seals.arrays import Array, Floats, as_like, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.limbs import stowed
-from seals.control.protocols import NO_LEGS, Compiler, ControllerOptions
+from seals.control.protocols import NO_LEGS, CommandLaw, Compiler, ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.plugins.controllers.walking.anatomy import Anatomy, anatomy_of
@@ -289,6 +290,8 @@ class Walker(ControllerOptions, ABC):
         self._body = Anatomy(*(as_like(x, like) for x in self._legs))
         self._stepping: Callable[..., Sequence[Array]] = self._stepped
         self._pacing: Callable[..., tuple[Pace, Array]] = self.paced
+        self._compiler: Compiler | None = None
+        self._laws: dict[float, CommandLaw] = {}
 
     def start(self, batch: int = 1) -> Pace:
         """Return the initial legs, all in stance, in the order of the gait."""
@@ -329,6 +332,7 @@ class Walker(ControllerOptions, ABC):
     def compile(self, compiled: Compiler | None) -> None:
         """Pace, and place toes and legs by machine code, or without."""
         legs, self._stepping, self._pacing = len(self._legs.toe), self._stepped, self.paced
+        self._compiler, self._laws = compiled, {}
         if compiled is not None:
             self._stepping = compiled(self._stepped, [(1, legs), (1, legs, 3), (1, 6)])
             self._pacing = partial(self._paced_fast, {}, compiled)
@@ -352,6 +356,52 @@ class Walker(ControllerOptions, ABC):
             kernels[step] = compiled(law, [(1, len(manner)), *(x.shape for x in arrays)])
         *pace, places = kernels[step](np.array([manner]), *arrays)
         return Pace._make((*pace, memory.shift)), places
+
+    def command_law(self, period: float, memory: Pace) -> CommandLaw | None:
+        """Return its law, where no toe asks what the robot does."""
+        if self._compiler is None or self._support is not None or self.catch > 0.0:
+            return None
+        if period not in self._laws:
+            self._laws[period] = self._law(self._compiler, period, memory)
+        return self._laws[period]
+
+    def _law(self, compiled: Compiler, period: float, form: Pace) -> CommandLaw:
+        """Compile the law of `command`; ``form``: a state of any numbers."""
+        shapes, names = [x.shape for x in form[:-1]], Manner._fields
+        ends = np.cumsum([0, *(int(np.prod(shape)) for shape in shapes)]).tolist()
+        # the legs' joints in the order of the legs, then those that rest
+        rest = np.setdiff1d(np.arange(len(self._rest)), self._columns)
+        order = np.argsort(np.concatenate((self._columns.ravel(), rest)))
+
+        def law(*arrays: Array) -> list[Array]:
+            rotation, velocity, yaw, feed, block, wishes = arrays
+            xp, cuts = namespace(block), itertools.pairwise(ends)
+            parts = [block[a:b].reshape(s) for (a, b), s in zip(cuts, shapes, strict=True)]
+            last = Pace._make((*parts, as_like(form.shift, block)))
+            if self.facing is Facing.aim:
+                last = last._replace(heading=yaw)
+            manner = Manner(*(wishes[:, k : k + 1] for k in range(len(names))))
+            given = rotation[None], velocity[None], feed, period
+            pace, places = self.paced(given, manner, last)
+            values, _ = self._stepped(*self.numbers(pace, places, manner))
+            joints = xp.concat((values.reshape(-1), as_like(self._rest[rest], block)), axis=0)
+            numbers = xp.concat([x.reshape(-1) for x in pace[:-1]], axis=0)
+            return [joints[order], numbers]
+
+        kernel = compiled(law, [(3, 3), (3,), (1, 1), (1, 1), (ends[-1],), (1, len(names))])
+
+        def remembered(numbers: Floats, last: Pace) -> Pace:
+            cuts = itertools.pairwise(ends)
+            parts = [numbers[a:b].reshape(s) for (a, b), s in zip(cuts, shapes, strict=True)]
+            return Pace._make((*parts, last.shift))
+
+        return CommandLaw(
+            *(kernel, ("rotation", "velocity_wanted", "yaw", "yaw_rate", "memory", "manner"), 1),
+            numbers=lambda memory: np.concatenate([x.reshape(-1) for x in memory[:-1]]),
+            remembered=remembered,
+            targets=0,
+            aimed=lambda aim: {"manner": np.array([self.manner(aim.manner)])},
+        )
 
     def numbers(self, pace: Pace, places: Array, manner: Manner) -> tuple[Array, Array, Array]:
         """Return the arguments of `_stepped`."""

@@ -345,8 +345,9 @@ class Environments:
         if isinstance(values, np.ndarray):
             with np.errstate(over="ignore"):
                 held = values.astype(np.float32)
-            if not np.isfinite(held).all():
-                held = np.nan_to_num(held, nan=none, posinf=none, neginf=none)
+            finite = np.isfinite(held)
+            if not finite.all():
+                held = np.where(finite, held, np.float32(none))
             if most is not None:
                 held = np.minimum(np.maximum(held, np.float32(-most)), np.float32(most))
             return torch.from_numpy(held).to(self.device)
@@ -390,8 +391,8 @@ class Environments:
 
     def _seen(self, now: Instant, values: Array) -> Tensor:
         """Return observations as tensors, where the positions are known."""
-        if not self.simulator.pure:
-            xp = namespace(values)
+        xp = namespace(values)
+        if not self.simulator.pure and not bool(xp.all(xp.isfinite(values))):
             known = xp.all(xp.isfinite(now.position), axis=1, keepdims=True)
             self._refuse_undefined("observation", xp.where(known, values, xp.zeros_like(values)))
         return self._as_tensor(values, most=FARTHEST)

@@ -104,10 +104,10 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
         turn = self._batched.step(torch.as_tensor(np.asarray(action, dtype=np.float32))[None])
         self._show()
-        values = {name: x.tolist()[0] for name, x in turn.facts.items()}
+        values = {name: x.item() for name, x in turn.facts.items()}
         facts = {name: value for name, value in values.items() if not math.isnan(value)}
-        ended = bool(turn.terminated[0]), bool(turn.truncated[0])
-        return _numbers(turn.final, 0), float(turn.reward[0]), *ended, facts
+        ended = turn.terminated.item(), turn.truncated.item()
+        return _numbers(turn.final, 0), turn.reward.item(), *ended, facts
 
     def scripted_policy(self) -> Numbers:
         """Return the action of the task's scripted policy."""

@@ -170,7 +170,8 @@ class FullWorld:
             rotation=turns[:, 0],
             velocity=moving.linear[:, 0],
             angular_velocity=moving.twists[:, 0, 3:],
-            tool=origins[:, self._tool].mean(axis=1),
+            # a mean of few places: NumPy's own takes twice as long
+            tool=np.add.reduce(origins[:, self._tool], axis=1) / len(self._tool),
             target=target,
             target_velocity=drift,
             submersion=np.array([[wet]]),
@@ -288,8 +289,10 @@ def _row(batch: Any, k: int) -> Any:
 def _joined(instants: Sequence[Instant]) -> Instant:
     """Return instants of one row each as one."""
     first, *others = instants
+    if not others:
+        return first
     found: Instant = mapped(first, lambda *rows: np.concatenate(rows), *others)
-    return found if others else first
+    return found
 
 
 def _check_objects(world: World, names: list[str]) -> None:

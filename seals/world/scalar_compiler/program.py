@@ -22,11 +22,11 @@ class Place(NamedTuple):
     """Place in memory.
 
     Args:
-        row: of the table of addresses.
+        row: of the table of addresses; or a name in the text, for a place that a pass finds.
         start: numbers from there.
     """
 
-    row: int
+    row: int | str
     start: int = 0
 
 
@@ -77,13 +77,55 @@ class Program:
             self._rows.append(address)
         return Place(self._rows.index(address))
 
-    def copy(self, to: Place, of: Place, count: int) -> None:
-        """Copy some numbers."""
+    def copy(self, to: Place, of: Place, count: int | str) -> None:
+        """Copy some numbers; ``count``: or the name of a count that a pass finds."""
         if count:
             self._copy(self._at(to), self._at(of), count)
 
-    def _copy(self, to: str, of: str, count: int) -> None:
-        self._lines.append(f"  call void @{_COPY}(ptr {to}, ptr {of}, i64 {8 * count}, i1 false)")
+    def _copy(self, to: str, of: str, count: int | str) -> None:
+        size = 8 * count if isinstance(count, int) else self._new(f"mul i64 {count}, 8")
+        self._lines.append(f"  call void @{_COPY}(ptr {to}, ptr {of}, i64 {size}, i1 false)")
+
+    def pointed(self, place: Place) -> Place:
+        """Return the place whose address stands at a place."""
+        return Place(self._new(f"load ptr, ptr {self._at(place)}"))
+
+    def moved(self, place: Place, count: str, size: int = 8, more: int = 0) -> Place:
+        """Return the place that is a count of things after one.
+
+        Args:
+            place: of the first thing.
+            count: its name.
+            size: of a thing [bytes].
+            more: bytes besides.
+        """
+        way = self._new(f"mul i64 {count}, {size}")
+        way = self._new(f"add i64 {way}, {more}") if more else way
+        return Place(self._new(f"getelementptr i8, ptr {self._at(place)}, i64 {way}"))
+
+    def count(self, place: Place, more: int = 0, most: int | None = None) -> str:
+        """Return the name of an integer of 32 bits at a place, plus some, bounded above."""
+        found = self._new(f"load i32, ptr {self._at(place)}")
+        found = self._new(f"sext i32 {found} to i64")
+        found = self._new(f"add i64 {found}, {more}") if more else found
+        if most is None:
+            return found
+        less = self._new(f"icmp slt i64 {found}, {most}")
+        return self._new(f"select i1 {less}, i64 {found}, i64 {most}")
+
+    @contextlib.contextmanager
+    def each(self, count: str) -> Iterator[str]:
+        """What is written inside is done for every number below a count; it gets its name."""
+        self._blocks += 1
+        own, at = self._blocks, self._at(self.memory(np.zeros(1)))
+        self._lines += [f"  store i64 0, ptr {at}", f"  br label %each{own}", f"each{own}:"]
+        number = self._new(f"load i64, ptr {at}")
+        more = self._new(f"icmp slt i64 {number}, {count}")
+        self._lines += [f"  br i1 {more}, label %one{own}, label %all{own}", f"one{own}:"]
+        yield number
+        following = self._new(f"add i64 {number}, 1")
+        self._lines += [f"  store i64 {following}, ptr {at}", f"  br label %each{own}"]
+        self._lines.append(f"all{own}:")
 
     def add(self, to: Place, of: Place, places: Sequence[int]) -> None:
         """Add numbers that lie side by side to those at some places."""
@@ -129,6 +171,11 @@ class Program:
         if self._ended:
             raise ValueError("an accepted pass is not refused")
         self._branch(self._asked(place, integer=integer), "back")
+
+    def refuse_outside(self, count: str, least: int, most: int) -> None:
+        """Refuse the pass where a count is below or above two bounds."""
+        span = self._new(f"sub i64 {count}, {least}")
+        self._branch(self._new(f"icmp ugt i64 {span}, {most - least}"), "back")
 
     @contextlib.contextmanager
     def unless(self, place: Place) -> Iterator[None]:
@@ -208,9 +255,10 @@ class Program:
         return name
 
     def _at(self, place: Place) -> str:
+        row = place.row if isinstance(place.row, str) else f"%p{place.row}"
         if not place.start:
-            return f"%p{place.row}"
-        return self._new(f"getelementptr double, ptr %p{place.row}, i64 {place.start}")
+            return row
+        return self._new(f"getelementptr double, ptr {row}, i64 {place.start}")
 
     def _copies(self, *, turned: bool) -> list[str]:
         """Lines that keep what `keep` says, or put it back."""
