@@ -152,7 +152,7 @@ class LiveFoxglove:
 
     Args:
         rate: of poses, forces and plots [Hz]; readings come at the rates of their sensors.
-        speed: simulated seconds in one second of the clock, at most; 0 for no limit.
+        speed: simulated seconds per second of real time, at most; 0 for no limit.
         host: address to listen on; the default is open to this machine alone.
         port: to listen on, 0 for any that is free.
         origins: pages of the web that may listen; other programs may in any case.

@@ -11,7 +11,7 @@ from seals.text_table import table
 
 TITLES = {
     "backend": "Backends: rigid bodies and free motion",
-    "fluid": "Fluids: water that is simulated itself",
+    "fluid": "Fluids: simulated water",
     "wave": "Waves",
     "effect": "Effects: forces, inertias, faults",
     "actuator": "Actuators",

@@ -142,7 +142,7 @@ def table() -> str:
             pairs.setdefault(action, []).append(control)
         lines.append(f"  {name}")
         for action, keys in pairs.items():
-            words = _WORDS.get(action, action.replace("_", " ") + " of the arm, there and back")
+            words = _WORDS.get(action, action.replace("_", " ") + " of the arm, up, down")
             lines.append(f"    {' '.join(keys):<22}{words}")
     return "\n".join(lines)
 

@@ -111,7 +111,7 @@ class EnvironmentSettings:
         restitution: coefficient of restitution of ground and bottom [1].
         friction: Coulomb friction coefficient of ground and bottom [1].
         shore: slope from the bottom through the waterline to the land.
-        obstacles: further solids that stand still, by name.
+        obstacles: further static solids, by name.
     """
 
     gravity: float = param(

@@ -37,10 +37,10 @@ class ExportSettings:
 
     Args:
         name: of the export, part of the name of Hydra's own folder.
-        policy: a folder that training wrote, or ``ROBOT/POLICY`` of one that is shipped.
-        format: of the file: ``onnx``.
+        policy: folder of a trained policy, or ``ROBOT/POLICY`` of a shipped policy.
+        format: format of the file: ``onnx``.
         out: file to write.
-        replace: whether it may be written over.
+        replace: whether an existing file may be overwritten.
     """
 
     name: str = "export"

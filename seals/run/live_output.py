@@ -38,7 +38,7 @@ class Pace:
     """Limit of the speed of a simulation against the clock.
 
     Args:
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
     """
 
     def __init__(self, speed: float) -> None:

@@ -28,7 +28,7 @@ class Person:
 
     Args:
         device: ``keyboard`` or ``joystick``.
-        speed: simulated seconds in one second of the clock.
+        speed: simulated seconds per second of real time.
         plant: the robot, for the window.
 
     Attributes:

@@ -85,7 +85,11 @@ def test_no_law_has_a_module_for_many_beside_the_one() -> None:
 
 def test_the_modules_that_the_page_names_are_there() -> None:
     """Each path of the table "One of each", from the root or from the core."""
-    table = PAGE.read_text(encoding="utf-8").partition("## One implementation of each responsibility")[2].partition("\n## ")[0]
+    table = (
+        PAGE.read_text(encoding="utf-8")
+        .partition("## One implementation of each responsibility")[2]
+        .partition("\n## ")[0]
+    )
     rows = [line for line in table.splitlines() if line.startswith("| ")]
     paths = re.findall(r"`([\w/]+(?:\.py|/))`", "\n".join(rows))
     assert len(paths) > 15

@@ -38,7 +38,7 @@ class Variant:
         scale: factors on numbers, by shell patterns of their full keys such as
             ``effects.*drag*.coefficient_*``; each pattern must meet a number that is not zero.
         episodes: number of starts; 0 for that of the evaluation.
-        count: environments that step at once; 0 for that of the evaluation.
+        count: number of parallel environments; 0 for that of the evaluation.
     """
 
     overrides: list[str] = field(default_factory=list)
@@ -128,7 +128,7 @@ class _Trial:
         world: name of the variant, empty for the configuration's own.
         config: of the world.
         episodes: number of starts.
-        count: environments that step at once.
+        count: number of parallel environments.
         device: where networks and twins compute.
     """
 

@@ -72,7 +72,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     """Return a policy by its name, or from its folder.
 
     Args:
-        name: ``scripted``, ``random``, ``still``, a folder that training wrote, ``ROBOT/POLICY``
+        name: ``scripted``, ``random``, ``still``, folder of a trained policy, ``ROBOT/POLICY``
             of one that is shipped, or a script of keys (YAML or CSV).
         environment: in which it shall act.
         device: where its network computes.

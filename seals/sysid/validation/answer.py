@@ -182,7 +182,7 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
     if not path.is_file():
         raise ConfigError(
             f"{key}={where}: there is no {ANSWER}.\n"
-            "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
+            "Give the folder written by seals diagnose: seals diagnose log=FOLDER out=FOLDER"
         )
     try:
         raw = read_json(path)

@@ -71,7 +71,7 @@ class ArduPilot:
         host: address to listen on.
         port: to listen on.
         timeout: silence that ends the session [s].
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
         step: of the simulation [s].
         allowed: address of the autopilot; None for any in a private network.
     """

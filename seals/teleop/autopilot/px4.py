@@ -48,7 +48,7 @@ class Px4:
         host: address to listen on.
         port: to listen on.
         timeout: silence that ends the session [s].
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
         step: of the simulation [s].
         hil: sensors and origin.
         seed: of the sensors' noise.
