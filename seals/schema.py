@@ -518,7 +518,7 @@ def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
     given = _mapping((str, Any), raw, where, extra)
     place = where.rstrip(":")
     for key in () if extra else [key for key in given if key not in hints]:
-        refuse_unlisted(key, hints, f"{place}: '{key}' is not known here")
+        refuse_unlisted(key, hints, f"{place}: '{key}' is not allowed here")
     values = {}
     for name, hint in hints.items():
         value = given.get(name)

@@ -128,7 +128,7 @@ def refuse_undefined(what: str, values: Iterable[float]) -> None:
     if not all(math.isfinite(value) for value in values):
         raise LogError(
             f"no {what} can be computed: readings, or the motion between them, are not finite.\n"
-            "Look at the channels of the log, or cut out the part that can be used."
+            "Check the channels of the log, or cut out a valid part with span=."
         )
 
 

@@ -276,7 +276,8 @@ def run(grade: Grade) -> Outcome:
     remark = (
         f"Constant {SPEED:g} m/s, speed of sound c {MACH:g} times that; no gravity. A substep is "
         f"{STEP:g} R of way, 0.6 d/c at 12 across: the longest that the solver allows, 3 d/c, "
-        "does not resolve the impact and is not judged here. For a cone there is a closed form until "
+        "does not resolve the impact and is not judged here. For a cone there is a closed form "
+        "until "
         "the raised water reaches its edge, 0.21 R, and beyond only the bound from the drag of its "
         "cavity (1.88 at 1 R): it is judged by ideal flow on a fine grid, and by drops."
     )

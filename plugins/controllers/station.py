@@ -144,7 +144,8 @@ class Station(VehicleController):
         return (
             f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
             f"do not command {missing}.\n"
-            "It takes surge, yaw, mostly sway and, unless the vehicle floats, heave; for a vehicle "
+            "It needs surge, yaw, usually sway and, unless the vehicle floats, heave; for a "
+            "vehicle "
             "that steers: controller=autopilot guide=los; for rotors that push upward: "
             "controller=cascade"
         )

@@ -22,7 +22,7 @@ CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class Dagger:
-    """Behaviour cloning of an expert that says at every step what it would do (DAgger).
+    """Behaviour cloning of an expert that is queried at every step (DAgger).
 
     Equation:
         loss = mean over numbers of (tanh f(s) - a*)^2 over the states s that learner and expert

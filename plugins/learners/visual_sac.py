@@ -43,7 +43,7 @@ def random_shift(pixels: Tensor, *, most: int, generator: Generator) -> Tensor:
     )
 
 
-NOTHING = ": nothing is left to see.\nBlind means use_pixels=false and use_state=true."
+NOTHING = ": nothing is left to observe.\nA blind policy has use_pixels=false and use_state=true."
 CRITICS = ("same", "state")
 ENCODERS = ("one", "two")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
@@ -117,7 +117,7 @@ class VisualSAC(SAC):
         need_torch()
         if spaces.pixels is None:
             raise ConfigError(
-                "learner visual_sac needs pictures, and this task shows none.\n"
+                "learner visual_sac needs pictures, but this task has none.\n"
                 "Choose an observation with pixels, or learner=sac"
             )
         return VisualSacAgent(self, spaces, device, seed)

@@ -197,7 +197,7 @@ class LiveFoxglove:
             self._gate = Gate(self.host, self.port, self.origins)
         except OSError as error:
             raise ConfigError(
-                f"live.host={self.host} live.port={self.port} cannot be listened on: "
+                f"live.host={self.host} live.port={self.port} cannot be opened: "
                 f"{error.strerror or error}.\n"
                 "End the other program there, or choose another: live.port=0"
             ) from error

@@ -291,7 +291,7 @@ def _column(messages: Messages, name: str, topic: str) -> Floats:
     refuse_unlisted(name, messages.letters, f"'{topic}' has no field '{name}'", error=LogError)
     values = messages.column(name)
     if values.dtype.kind != "f" or values.ndim != 1:
-        raise LogError(f"'{topic}/{name}' holds text or lists; a number is needed.")
+        raise LogError(f"'{topic}/{name}' contains text or lists; a number is needed.")
     return values
 
 

@@ -117,7 +117,7 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
     if strange > _MOST_STRANGE * end or len(places) == _MOST_KINDS:
         raise LogError(
             f"'{where}' is damaged: {strange:,} of {end:,} bytes belong to no packet.\n"
-            "Take the file as the ground station wrote it."
+            "Use the original file of the ground station."
         )
     return _joined(np.frombuffer(raw, dtype=np.uint8), places, known)
 

@@ -76,8 +76,9 @@ class TaskCatchSeen(TaskCatch):
             if drawn.position[0, 0] - drawn.goal[0, 0] >= self.behind:
                 return drawn
         raise ConfigError(
-            f"task.behind={self.behind:g} m: no animal began so far behind in {_TRIES} draws.\n"
-            "Allowed: less, or boxes task.start_* and task.target_* farther apart along x."
+            f"task.behind={self.behind:g} m: no animal started that far behind in {_TRIES} draws.\n"
+            "Use a smaller value, or move the boxes task.start_* and task.target_* farther "
+            "apart along x."
         )
 
     def seen(self, now: Instant) -> Array:

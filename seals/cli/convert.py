@@ -39,7 +39,7 @@ def convert(arguments: list[str]) -> int:
     if len(given) == len(words) and "experiment" not in given:
         if not given.get("log"):
             bare = next((word for word in words if "=" not in word), "FILE")
-            raise ConfigError(f"log is not given.\nSay which: seals convert log={bare} out=FOLDER")
+            raise ConfigError(f"log is not given.\nName it: seals convert log={bare} out=FOLDER")
         named = read_yaml(given["map"]).get("reader") if given.get("map") else None
         if named is not None and given.get("reader", named) != named:
             raise ConfigError(f"map={given['map']} is for reader={named}.\nLeave reader= out.")
@@ -57,7 +57,7 @@ def _reader_of(place: Path) -> str:
         line, robot = f"seals diagnose {typed('log', str(place))}", _robot_of_run(place)
         own = f"; or, with the robot as its folder states it: {line} {typed('robot', robot)}"
         raise ConfigError(
-            f"log={place} is a log folder already; nothing is to be converted.\n"
+            f"log={place} is already a log folder; there is nothing to convert.\n"
             f"Use it as it is: {line} out=answer{own + ' out=answer' if robot else ''}; "
             "or give reader=native"
         )
@@ -65,7 +65,7 @@ def _reader_of(place: Path) -> str:
         raise ConfigError(f"log={place} is an empty folder.\nGive the file or folder of a log.")
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
-        "Say how: reader=csv, reader=witmotion ... See: seals list reader"
+        "Name the reader: reader=csv, reader=witmotion ... See: seals list reader"
     )
 
 
@@ -98,7 +98,7 @@ def execute(config: Any) -> int:
 
     for key, value in (("log", config.log), ("out", config.out)):
         if not value:
-            raise ConfigError(f"{key} is not given.\nSay which: seals convert log=FILE out=FOLDER")
+            raise ConfigError(f"{key} is not given.\nName it: seals convert log=FILE out=FOLDER")
     out = Path(str(config.out))
     if out.exists():
         # anything but a log folder is kept
@@ -182,7 +182,9 @@ def _with_map(config: Any) -> Any:
     fields = read_yaml(config.map)
     fields.pop("reader", None)
     if "_target_" in fields:
-        raise ConfigError(f"map={config.map} states _target_.\nA map holds fields of the reader.")
+        raise ConfigError(
+            f"map={config.map} states _target_.\nA map contains fields of the reader."
+        )
     refuse_references(fields, where=f"map={config.map}")
     with refusals([f"map={config.map}"]), open_dict(config):
         for key, value in fields.items():
@@ -238,7 +240,7 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
             log, words = with_rotor_speeds(log, curve, rotors)
             said += words
         else:
-            said.append("motor commands, kept as they are: robot=FOLDER turns them into speeds")
+            said.append("motor commands, not converted: robot=FOLDER converts them to speeds")
     late = _shifts(config.late)
     log = even_rows(log, float(config.rate), late)
     said += [f"{stem} was late by {shift:g} s" for stem, shift in late.items()]

@@ -374,9 +374,9 @@ def _ended(words: list[str], *, ours: bool) -> int:
             if why is None or not arises_inside(fault):
                 raise
             named = ConfigError(
-                f"the numbers given make a system that cannot be computed: {why}.\n"
-                "Look for one far from all others, or for zeros: masses, gravity, gains, steps, "
-                "lengths of logs. SEALS_DEBUG=1 shows where it arose."
+                f"the given numbers lead to a system that cannot be solved: {why}.\n"
+                "Look for an extreme value or for zeros: masses, gravity, gains, steps, lengths of "
+                "logs. SEALS_DEBUG=1 shows where it occurred."
             )
         return _refused(named, words)
 

@@ -46,7 +46,9 @@ def heave_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotMode
             raise LogError(f"log '{log.name}' has no run of the same waves without the model.")
         found.append(_case(log, alone))
     if not found:
-        raise LogError("no run holds the model's heave (position_z).\nGive runs with the model.")
+        raise LogError(
+            "no run contains the heave of the model (position_z).\nGive runs with the model."
+        )
     return divided(found, settings)
 
 

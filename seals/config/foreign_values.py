@@ -55,7 +55,7 @@ def refuse_values(config: Any, *, root: str, words: Sequence[str], where: str) -
         shown = " ".join(f"{key}={value!s}".split())
         raise ConfigError(
             f"{where} sets {shown:.120}, which {what}: files set data only.\n"
-            f"When you want it, say so on the command line: {key}=VALUE"
+            f"If you want this, state it on the command line: {key}=VALUE"
         )
 
 

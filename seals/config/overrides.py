@@ -148,4 +148,6 @@ def refuse_dangerous(
         )
     for word in words:
         if _DANGER.search(word) or not ("=" in word or word.startswith("~")):
-            raise ConfigError(f"{where} asks for '{word:.80}', which no {writer} writes.\n{remedy}")
+            raise ConfigError(
+                f"{where} asks for '{word:.80}', which is not written by any {writer}.\n{remedy}"
+            )

@@ -103,7 +103,7 @@ class PluginSource(ConfigSource):
             path = find_overlay(name)
             if path is None:
                 raise ConfigError(
-                    f"model '{name}' is no longer there.\nModels lie in the folder models/"
+                    f"model '{name}' is no longer there.\nModels are in the folder models/"
                 )
             node = OmegaConf.create(load_overlay(path))
         elif group == "controller" and name.startswith(OWN):

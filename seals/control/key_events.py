@@ -261,7 +261,7 @@ def _yaml(path: Path, text: str) -> list[Event]:
     if not isinstance(entries, list):
         raise ConfigError(
             f"script {path} holds no list.\n"
-            "Write one entry a line: - {t: 0.5, hold: w, seconds: 2}"
+            "Write one entry per line: - {t: 0.5, hold: w, seconds: 2}"
         )
     events = []
     for number, entry in enumerate(entries, start=1):
@@ -285,7 +285,7 @@ def _entry(where: str, raw: Any) -> list[Event]:
     if kind != "hold":
         return [first]
     if entry.seconds is None:
-        raise ConfigError(f"{where} hold does not say how long.\nAdd: seconds: 2")
+        raise ConfigError(f"{where} hold states no duration.\nAdd: seconds: 2")
     return [first, Event(first.time + entry.seconds, control, 0.0)]
 
 

@@ -263,8 +263,8 @@ class ControllerOptions:
             ConfigError: there is no such form.
         """
         raise ConfigError(
-            f"controller {type(self).__name__} has no form over a batch.\n"
-            "Give it batched(plant, joints, like), as the cascade has, or use backend=pybullet."
+            f"controller {type(self).__name__} has no batched form.\n"
+            "Implement batched(plant, joints, like), as in the cascade, or use backend=pybullet."
         )
 
 

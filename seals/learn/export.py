@@ -64,11 +64,11 @@ def execute(config: Any) -> int:
         raise ConfigError(f"format={config.format} is not known.\n{hint}")
     out = Path(str(config.out))
     if out.suffix != ".onnx":
-        raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
+        raise ConfigError(f"out={out} is not the name of an ONNX file.\nSay out={out.stem}.onnx")
     if out.exists() and not (config.replace and out.is_file()):
         raise ConfigError(f"out={out} exists.\nChoose another name, or add replace=true.")
     if not config.policy:
-        raise ConfigError("policy is not given.\nSay which: seals export policy=FOLDER")
+        raise ConfigError("policy is not given.\nName it: seals export policy=FOLDER")
     policy = load_policy(policy_folder(str(config.policy)))
     content, difference = onnx_of(policy)
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -111,7 +111,7 @@ def onnx_of(policy: NetworkPolicy) -> tuple[bytes, float]:
     if not difference <= CLOSE:
         raise SealsError(
             f"the actions of the ONNX file differ from those of the policy by {difference:.3g}.\n"
-            f"Allowed: {CLOSE:g}. Nothing was written; try another version of onnxruntime."
+            f"Allowed: {CLOSE:g}. No file was written; try another version of onnxruntime."
         )
     return content, difference
 

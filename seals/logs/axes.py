@@ -115,14 +115,14 @@ def with_axes(log: Log, axes: AxesSettings) -> tuple[Log, list[str]]:
     if axes.position:
         said.append(f"position x, y, z are its columns {', '.join(axes.position)}")
     if axes.heading:
-        said.append(f"the position was turned by {-axes.heading:.4g} rad about the vertical")
+        said.append(f"the position was rotated by {-axes.heading:.4g} rad about the vertical")
     if "orientation_w" in log.columns:
         log = _turned_attitude(log, world, body)
     if _one_of(axes.velocity, ("body", "world"), "axes.velocity") == "world":
         # what stands in world columns was turned with the body axes above: undone here
         log = _turned(log, ["velocity"], world @ body.T)
         log = _into_body(log)
-        said.append("velocity was turned from world into body axes")
+        said.append("velocity was rotated from world to body axes")
     return log, said
 
 
@@ -226,7 +226,7 @@ def _into_body(log: Log) -> Log:
     if not np.any(held & np.isfinite(velocity).all(axis=1)):
         raise LogError(
             "axes.velocity=world needs velocity and orientation in the same rows.\n"
-            "Give rate=HZ: then all channels share rows."
+            "Give rate=HZ, so that all channels share rows."
         )
     turned = np.full(velocity.shape, np.nan)
     turned[held] = unrotate(matrix_of(q[held]), velocity[held])

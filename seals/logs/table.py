@@ -93,11 +93,12 @@ def _walk(stream: BinaryIO, file: Path, chunk: Any, most: int) -> int:
             counted = _COUNTED.get(int(header[1]))
             more = int(header[counted][1]) if counted else 0
         except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
-            raise _unsound(file, "a page without a sound header") from error
+            raise _unsound(file, "a page without a valid header") from error
         held, count = held + unpacked, count + 1
         if min(unpacked, packed, more) < 0 or held > _WIDEST * chunk.num_values + _SLACK:
             raise _unsound(
-                file, f"{chunk.num_values:,} numbers that unpack to {max(held, unpacked):,} bytes"
+                file,
+                f"{chunk.num_values:,} numbers that decompress to {max(held, unpacked):,} bytes",
             )
         if more > chunk.num_values:
             raise _unsound(file, f"{more:,} values in a page of {chunk.num_values:,}")
@@ -216,7 +217,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
         wanted: columns to read; None takes every numeric column.
 
     Raises:
-        LogError: the file is damaged or too large, or a known channel does not hold numbers.
+        LogError: the file is damaged or too large, or a known channel does not contain numbers.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -289,7 +290,7 @@ def read_csv_columns(
     if wanted is None:
         layout = _layout_hint(raw, "", delimiter, skip_lines) if len(names) == 1 else ""
         if layout:
-            raise LogError(f"'{path}' has one column only, '{names[0][:80]}'.\n{layout}")
+            raise LogError(f"'{path}' has only one column, '{names[0][:80]}'.\n{layout}")
     elif missing := [name for name in wanted if name not in names]:
         there = _layout_hint(raw, missing[0], delimiter, skip_lines)
         there = there or suggestion(missing[0], names, label="Columns there")

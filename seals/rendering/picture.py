@@ -91,7 +91,7 @@ def png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
     colour = image.ndim == 3 and image.shape[2] == 3
     if image.dtype not in (np.uint8, np.uint16) or not (image.ndim == 2 or colour):
         raise ConfigError(
-            f"an image of shape {image.shape} and type {image.dtype} makes no PNG.\n"
+            f"an image of shape {image.shape} and type {image.dtype} cannot be written as PNG.\n"
             "Allowed: grey of 8 or 16 bits, colour of 8 bits."
         )
     from PIL import Image

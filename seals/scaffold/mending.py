@@ -60,16 +60,18 @@ def mended(robot: UrdfDraft, forward: str) -> list[str]:
             axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
     endless = _endless_limits(robot)
     if endless:
-        changes.append(f"endless limits of joints: {', '.join(endless[:6])}")
+        changes.append(f"infinite joint limits removed: {', '.join(endless[:6])}")
     still = fixed_joints(robot)
     if still:
-        changes.append(f"joints without room to move fixed: {', '.join(still[:6])}")
+        changes.append(f"joints without range of motion fixed: {', '.join(still[:6])}")
     name = weighted_base(robot)
     if name:
-        changes.append(f"mass of '{name}' belongs to the base it is fixed to, which had none")
+        changes.append(f"mass of '{name}' assigned to the massless base to which it is fixed")
     sound = sound_inertias(robot)
     if sound:
-        changes.append(f"inertia of no body made the nearest of one: {', '.join(sound[:6])}")
+        changes.append(
+            f"impossible inertia replaced by the nearest valid one: {', '.join(sound[:6])}"
+        )
     return changes
 
 

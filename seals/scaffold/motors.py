@@ -35,7 +35,7 @@ def without_strange_laws(motors: Sequence[Motor], weight: float, changes: list[s
             changes.append(
                 f"{motor.source} of {motor.joint or motor.link}: thrust constant not used: times "
                 f"the square of the largest speed it is {full:.3g} N, {full / weight:.3g} times "
-                "the weight, so that it belongs to another law; thrust is chosen"
+                "the weight, so it belongs to another law; the thrust is chosen"
             )
         found.append(motor._replace(values=values))
     return found
@@ -80,9 +80,9 @@ def level_ones(
             )
         )
     source.changes.append(
-        "propellers that lie level are thrusters"
+        "propellers with a horizontal axis become thrusters"
         if not dives
-        else "propellers of a vehicle with stated hydrodynamics are thrusters"
+        else "propellers of a vehicle with stated hydrodynamics become thrusters"
     )
     return found
 

@@ -268,7 +268,7 @@ def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: F
         for name, motor, row, turn in rows
         if "thrust" in motor.values and row[2] < -1e-6 and row @ turn[:, 2] > 0.5
     ]
-    said = "rotors that push down in the file turned up, as if they ran backwards"
+    said = "rotors with downward thrust in the file reversed to point upwards"
     return [f"{said}: {', '.join(down)}"] if down else []
 
 
@@ -355,7 +355,7 @@ def _directions(
         return np.array(signs), "cw and ccw in names of links, joints or meshes"
     down = axis[:, 2] < -0.5
     if 2 * int(down.sum()) == len(names):
-        return np.where(down, -1.0, 1.0), "axes of the joints, half of which point down"
+        return np.where(down, -1.0, 1.0), "axes of the joints, half of which point downwards"
     return _alternating(place), ""
 
 

@@ -209,5 +209,5 @@ class _Inertial:
             abs(ratio - 1.0) < error,
             self.name,
             f"its {what} is {ratio:.3f} of the declared",
-            "Mind the root of the rate.",
+            "Consider the square root of the rate.",
         )

@@ -46,7 +46,7 @@ def test_an_installed_wave_keeps_the_contract(name: str) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", registry.names("sensor"))
 def test_an_installed_sensor_keeps_the_contract(name: str) -> None:
-    """Due readings, one seed one record, the physics and the noise declared."""
+    """Readings when due, the same log for the same seed, the physics and the noise declared."""
     assert check_sensor(name).channels
 
 

@@ -54,9 +54,9 @@ WRONG = [
     ("run ROBOT time.duration=5s", "'5s' is not a number", "to 1e+06 s"),
     ("run ROBOT fluid.physics.adhesion=0.01", "fluid.physics.adhesion", "water=particles"),
     ("run ROBOT water=particles fluid.solid_scale.a=2", "solid_scale.a", "put a + in front"),
-    ("run ROBOT initial.position=[0, 0, 1]", "ends inside of", "'initial.position=[0, 0, 1]'"),
+    ("run ROBOT initial.position=[0, 0, 1]", "ends inside", "'initial.position=[0, 0, 1]'"),
     ("run ROBOT --duration 5", "no flag --duration", "write duration=5"),
-    ("run robot=own.urdf", "nor a file here", "seals new robot NAME urdf=FILE"),
+    ("run robot=own.urdf", "nor an existing file", "seals new robot NAME urdf=FILE"),
     ("diagnose flight.ulg", "log=flight.ulg: there is no such file", "Give a log folder"),
     ("convert flight.ulg out=x", "log=flight.ulg: there is no such file", "Shipped: hidden_effect"),
     ("run ROBOT +effect@effects.gravity=gravity", "effects.gravity is chosen twice", "leave the +"),
@@ -77,7 +77,7 @@ WRONG = [
     ("rnu robot=ball", "no verb 'rnu'", "Did you mean 'run'?"),
     ("list efect", "no kind 'efect'", "Did you mean 'effect'?"),
     ("describe effect wnd", "effect 'wnd'", "Did you mean 'wind'?"),
-    ("describe a b c", "not a kind and a name", "seals describe KIND NAME"),
+    ("describe a b c", "not a kind followed by a name", "seals describe KIND NAME"),
     ("check", "robot is not given", "robot=FOLDER"),
     ("run ROBOT learner=sac", "seals run does not know learner=", "belongs to seals train"),
     ("run ROBOT +learner=sac", "seals run does not know learner=", "belongs to seals train"),
@@ -93,7 +93,7 @@ WRONG = [
     ("teleop ROBOT script=", "script= has no value", "script=keys.yaml"),
     ("compare ROBOT fit.steps=abc", "fit is a list, which has no 'steps'", "fit.0=VALUE"),
     ("verify log=hidden_effect/flight_a model=", "model= does not exist", "Make one: seals add"),
-    ("convert log=hidden_effect/flight_a out=x", "is a log folder already", "seals diagnose log="),
+    ("convert log=hidden_effect/flight_a out=x", "is already a log folder", "seals diagnose log="),
     ("compare ROBOT", "log is not given", "log=FOLDER"),
     ("run ROBOT seed=range(3)", "seed=range(3) holds several values", "--multirun"),
     ("run ROBOT ++water=fossen", "++water: the choice of a group", "write water=NAME"),
@@ -201,7 +201,7 @@ def test_an_interval_is_for_a_sweeper_that_searches(
     """The basic one needs values to count."""
     assert main(["run", "-m", f"robot={pebble}", "seed=interval(0,1)"]) == 2
     first, second = capsys.readouterr().err.splitlines()
-    assert first == "ConfigError: an interval has no number of values."
+    assert first == "ConfigError: an interval does not define a number of values."
     assert "hydra/sweeper=optuna" in second
 
 
@@ -212,8 +212,8 @@ def test_a_folder_that_is_no_robot_is_named(
     (elsewhere / "hull").mkdir()
     assert main(["run", "robot=hull"]) == 2
     assert capsys.readouterr().err.splitlines() == [
-        "UnknownPlugin: robot 'hull' is here, but holds no robot.yaml.",
-        "Make one of a URDF: seals new robot NAME urdf=FILE, or see: seals list robot",
+        "UnknownPlugin: robot 'hull' exists here, but contains no robot.yaml.",
+        "Create one from a URDF: seals new robot NAME urdf=FILE, or see: seals list robot",
     ]
 
 
@@ -240,7 +240,7 @@ def test_a_run_is_not_resumed_as_a_training(
         (elsewhere / "old" / name).touch()
     assert main(["train", "resume=old"]) == 2
     first, second = capsys.readouterr().err.splitlines()
-    assert first.endswith("this folder holds a run, not a training.")
+    assert first.endswith("this folder contains a run, not a training.")
     assert "seals run resume=old" in second
 
 
@@ -252,7 +252,7 @@ def test_a_key_with_two_values_is_remarked(
     application(monkeypatch, lambda config: seen.append(config.seed))
     assert main(["run", f"robot={pebble}", "seed=1", "seed=2"]) == 0
     assert seen == [2]
-    assert capsys.readouterr().err == "seed is given 2 values; the last one holds: seed=2\n"
+    assert capsys.readouterr().err == "seed is given 2 values; the last one is used: seed=2\n"
 
 
 @pytest.mark.parametrize("line", ["run robot=bal", "run robot=FOLDER time.step=nan"])

@@ -70,7 +70,7 @@ def test_mixed_winding_becomes_samples_of_the_right_volume() -> None:
     faces[3] = faces[3, ::-1]
     hull, notes = hull_from_mesh((CORNERS, faces))
     assert isinstance(hull, HullSamples)
-    assert "not wound alike" in notes[0].text
+    assert "not consistently oriented" in notes[0].text
     assert hull.volume == pytest.approx(VOLUME, rel=0.01)
 
 

@@ -158,7 +158,7 @@ def test_a_model_made_of_the_diagnosis_holds_its_means_already(tmp_path: Path) -
     model = {"name": "m", "provenance": {"diagnosis_sha256": sha}}
     found = posterior_of(folder, effects, model).estimates["breeze.velocity_x"]
     assert found == pytest.approx((2.0, 0.3))
-    with pytest.raises(ConfigError, match="made of another diagnosis"):
+    with pytest.raises(ConfigError, match="made from another diagnosis"):
         posterior_of(folder, effects, {"name": "m", "provenance": {"diagnosis_sha256": "0"}})
 
 
@@ -235,6 +235,6 @@ def test_a_training_takes_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixt
     assert not any("varied_from" in word for word in metadata["overrides"])
     capsys.readouterr()
     assert main([*words, "backend=free", f"hydra.run.dir={tmp_path / 'b'}"]) == 2
-    assert "only twins differ" in capsys.readouterr().err
+    assert "only twins and batches of worlds can differ" in capsys.readouterr().err
     assert main([*words[:-1], f"varied_from={tmp_path}", f"hydra.run.dir={tmp_path / 'c'}"]) == 2
     assert f"varied_from={tmp_path}: there is no diagnosis.json" in capsys.readouterr().err

@@ -199,7 +199,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "parquet cut": (lambda p: _cut(p, 0.6), "not a valid Parquet"),
     "parquet one byte": (lambda p: _cut(p, 1e-4), "Parquet|empty"),
     "table is a folder": (_swap, "is a folder"),
-    "table is a pipe": (_pipe, "not an ordinary file"),
+    "table is a pipe": (_pipe, "not a regular file"),
 }
 
 
@@ -253,7 +253,7 @@ def test_gzip_bomb_and_cut_gzip_are_refused(tmp_path: Path) -> None:
     """Packed data that unfold beyond the limit, or end early, are refused."""
     packed = gzip.compress(b"0" * 1_000_000)
     (tmp_path / "a.csv.gz").write_bytes(packed)
-    with pytest.raises(LogError, match="unpacks to more"):
+    with pytest.raises(LogError, match="decompresses to more"):
         read_bytes(tmp_path / "a.csv.gz", most=10_000)
     (tmp_path / "b.csv.gz").write_bytes(packed[:-20])
     with pytest.raises(LogError, match="cut short"):

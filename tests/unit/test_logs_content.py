@@ -91,7 +91,7 @@ def test_the_content_decides(
     [
         (BLACKBOX, "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"),
         (b"#ROSBAG V1.2\n", "rosbag migrate"),
-        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", r"Take the \.bin"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", r"Use the \.bin"),
         (_zipped(), "Unpack it"),
         (bz2.compress(b"a" * 99), "bunzip2"),
         (lzma.compress(b"a" * 99), "unxz"),
@@ -115,7 +115,7 @@ def test_what_no_reader_takes_has_a_next_step(
         foreign_reader_of(tmp_path / "a.ulg")
     assert main(["convert", "log=a.ulg", "out=b"]) == 2
     said = capsys.readouterr().err
-    assert "which no reader takes" in said
+    assert "which no reader accepts" in said
     assert "Traceback" not in said
 
 

@@ -78,7 +78,7 @@ def test_one_flipped_bit_is_noticed() -> None:
         (_header()[:20], "no end|cut short"),
         (_header().replace(b"(H)", b"(s)"), "no known type"),
         (_header(), "no records"),
-        (_header() + struct.pack("<H", 9) + b"\0" * 60, "no known record"),
+        (_header() + struct.pack("<H", 9) + b"\0" * 60, "not begin a known record"),
     ],
 )
 def test_false_declarations_are_refused(body: bytes, words: str) -> None:

@@ -166,7 +166,7 @@ def test_broken_declarations_are_refused(name: str, tmp_path: Path) -> None:
     """Formats that hold themselves, or gigabytes, or nothing, end in words at once."""
     file = tmp_path / "bad.ulg"
     file.write_bytes(HEADER + BROKEN[name] + _message("D", b"\0\0" + bytes(16)))
-    with pytest.raises(LogError, match=r"damaged|more than|no sample|newer kind"):
+    with pytest.raises(LogError, match=r"damaged|more than|no sample|newer version"):
         ReaderUlog().read(file)
 
 

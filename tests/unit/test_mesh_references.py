@@ -58,18 +58,18 @@ def _placed(corners: int, copies: int) -> str:
 
 
 HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
-    "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "not name a file near"),
-    "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "not name a file near"),
+    "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "not name a nearby file"),
+    "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "not name a nearby file"),
     "old line ends": ("a.obj", SHAPE.replace("\n", "\r") + "mtllib /dev/zero\r", "not name a"),
-    "joined lines": ("a.obj", "mtl\\\nlib /dev/zero\n" + SHAPE, "not name a file near"),
+    "joined lines": ("a.obj", "mtl\\\nlib /dev/zero\n" + SHAPE, "not name a nearby file"),
     "behind joined lines": ("a.obj", SHAPE + "v 0 0 0 \\\nmtllib /dev/zero\n", "not name a"),
-    "second of two": ("a.obj", "mtllib a.mtl /dev/zero\n" + SHAPE, "not name a file near"),
-    "large letters": ("a.obj", "MTLLIB /dev/zero\n" + SHAPE, "not name a file near"),
+    "second of two": ("a.obj", "mtllib a.mtl /dev/zero\n" + SHAPE, "not name a nearby file"),
+    "large letters": ("a.obj", "MTLLIB /dev/zero\n" + SHAPE, "not name a nearby file"),
     "a way out": ("a.obj", "mtllib ../../../../../dev/zero\n" + SHAPE, "lies elsewhere"),
     "a way out by windows": ("a.obj", "mtllib ..\\..\\..\\a\n" + SHAPE, "lies elsewhere"),
-    "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "not name a file near"),
+    "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "not name a nearby file"),
     "a link to a device": ("a.obj", "mtllib zeros.mtl\n" + SHAPE, "lies elsewhere"),
-    "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not an ordinary file"),
+    "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not a regular file"),
     "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "allowed are"),
     "a shell": ("a.obj", "csh rm -rf .\n" + SHAPE, "holds the command csh"),
     "another file": ("a.obj", "call other.obj\n" + SHAPE, "holds the command call"),
@@ -78,17 +78,17 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "picture of a COLLADA": (
         "a.dae",
         DAE.format("<image><init_from>/dev/zero</init_from></image>"),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "address in a COLLADA": (
         "a.dae",
         DAE.format('<instance_geometry url="http://a.b/c.dae#d"/>'),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "file in a COLLADA": (
         "a.dae",
         DAE.format("<init_from>file:///dev/zero</init_from>"),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "copies of copies": ("a.dae", _DOUBLED, "places more than 10,000 parts"),
     "buffer of a glTF": ("a.glb", _glb({"buffers": [{"uri": "/dev/zero"}]}), "not name a"),
@@ -144,7 +144,7 @@ def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) 
 
 
 def test_materials_of_an_obj_make_no_parts(folder: Path) -> None:
-    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of computing."""
+    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of processor time."""
     path = folder / "meshes" / "a.obj"
     path.write_text(SHAPE + "".join(f"usemtl m{k}\nf 1 3 2\n" for k in range(5_000)))
     start = time.process_time()
@@ -181,16 +181,16 @@ def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:
 
 PICTURE = '<material name="m"><texture {}="{}"/></material>'
 NAMES = {
-    "/dev/zero": "not name a file near",
-    "file:///dev/zero": "not name a file near",
+    "/dev/zero": "not name a nearby file",
+    "file:///dev/zero": "not name a nearby file",
     "../../../../../../../dev/zero": "lies elsewhere",
-    "http://a.b/c.png": "not name a file near",
+    "http://a.b/c.png": "not name a nearby file",
     "meshes/zeros.mtl": "lies elsewhere",
-    "meshes/pipe.mtl": "is not an ordinary file",
+    "meshes/pipe.mtl": "is not a regular file",
     "meshes/huge.mtl": "allowed are",
-    "~/a.png": "not name a file near",
-    "C:/a.png": "not name a file near",
-    "package:///dev/zero": "not name a file near",
+    "~/a.png": "not name a nearby file",
+    "C:/a.png": "not name a nearby file",
+    "package:///dev/zero": "not name a nearby file",
 }
 
 

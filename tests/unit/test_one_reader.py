@@ -236,7 +236,7 @@ def test_pictures_are_bounded() -> None:
     Image.new("RGBA", (3, 2), (9, 8, 7, 255)).save("b.png")
     assert read_picture("b.png").tolist() == [[[9, 8, 7]] * 3] * 2
     os.mkfifo("c.png")
-    with pytest.raises(LogError, match="not an ordinary file"):
+    with pytest.raises(LogError, match="not a regular file"):
         read_picture("c.png")
 
 
@@ -250,7 +250,7 @@ def test_places_of_particles_are_bounded() -> None:
     np.save("c.npy", np.ones((2, 3), dtype=np.float32))
     assert _places("c.npy").shape == (2, 3)
     os.mkfifo("a.npy")
-    with pytest.raises(SealsError, match="not an ordinary file"):
+    with pytest.raises(SealsError, match="not a regular file"):
         _places("a.npy")
 
 
@@ -303,7 +303,7 @@ def test_meshes_are_bounded(sparse: Path) -> None:
     with pytest.raises(LogError, match="allowed are"):
         load_triangles(sparse, where="mesh")
     os.mkfifo("a.ply")
-    with pytest.raises(LogError, match="not an ordinary file"):
+    with pytest.raises(LogError, match="not a regular file"):
         load_triangles(Path("a.ply"), where="mesh")
     Path("a.3mf").write_bytes(b"x")
     with pytest.raises(RobotError, match="not a mesh file"):

@@ -69,7 +69,7 @@ FORGED: dict[str, tuple[bytes, str]] = {
     ),
     "a bomb after a count of more than 32 bits": (
         page(0, 8, ONE, counted(2, (1 << 32) + ROWS)) + BOMB,
-        "without a sound header",
+        "without a valid header",
     ),
     "a bomb after more values than there are": (
         page(0, 8, ONE, counted(2, ROWS + 1)) + BOMB,
@@ -78,31 +78,31 @@ FORGED: dict[str, tuple[bytes, str]] = {
     "a size twice, the second of 64 bits": (
         field(1, 0) + field(1, HUGE) + b"\x06" + varint(4) + varint(20) + field(1, 8)
         + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a size of 64 bits": (
         field(1, 0) + field(1, 8, kind=6) + field(1, len(ONE)) + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a size twice": (
         field(1, 0) + field(1, HUGE) + b"\x05" + varint(4) + varint(20) + field(1, 8)
         + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a dictionary of two billion entries": (
         page(2, 8, ONE, counted(4, (1 << 31) - 1)) + SOUND,
         "2,147,483,647 values in a page",
     ),
-    "a dictionary without a count": (page(2, 8, ONE) + SOUND, "without a sound header"),
-    "a data page without a count": (page(0, 8, ONE), "without a sound header"),
+    "a dictionary without a count": (page(2, 8, ONE) + SOUND, "without a valid header"),
+    "a data page without a count": (page(0, 8, ONE), "without a valid header"),
     "less than nothing": (page(0, -8, ONE, counted(2, ROWS)), "unpack to"),
     "a page of a negative length": (
         field(1, 0) + field(1, 8) + field(1, -60) + counted(2, 1) + b"\0",
         "unpack to",
     ),
-    "structures without end": (b"\x1c" * 2000, "without a sound header"),
-    "a list of a million": (b"\x19\xf5" + varint(1_000_000), "without a sound header"),
-    "a number without end": (b"\x15" + b"\xff" * 100, "without a sound header"),
+    "structures without end": (b"\x1c" * 2000, "without a valid header"),
+    "a list of a million": (b"\x19\xf5" + varint(1_000_000), "without a valid header"),
+    "a number without end": (b"\x15" + b"\xff" * 100, "without a valid header"),
 }  # fmt: skip
 
 

@@ -90,5 +90,5 @@ def test_names_of_equal_weight_are_told_as_equal() -> None:
     )
     assert alike_words(found) == [
         "Explains the log nearly as well as wind, not quite excluded: tether.",
-        "This log cannot tell apart: payload, inertia. Each explains it equally well.",
+        "This log cannot distinguish: payload, inertia. Each explains it equally well.",
     ]

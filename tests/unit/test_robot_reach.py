@@ -208,7 +208,7 @@ def test_two_actuators_do_not_share_a_column() -> None:
     """A thruster whose column is that of a rotor would take its place unseen."""
     pusher = ["+actuator@actuators.pusher=thrusters", "actuators.pusher.max_force=[5]"]
     run = run_settings(["robot=hexacopter", *pusher])
-    with pytest.raises(ConfigError, match="another actuator already") as caught:
+    with pytest.raises(ConfigError, match="already belongs to another actuator") as caught:
         reach_of(build_robot(run.robot), run.actuators, run.effects)
     assert "pusher.first" in str(caught.value) or "rotors.first" in str(caught.value)
 

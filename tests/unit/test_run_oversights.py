@@ -24,7 +24,7 @@ from seals.run.settings_remarks import find_conflicts, find_left_out, find_unuse
         (["robot=aam", "controller=cascade"], ["The controller is idle"]),
         (["robot=aam", "controller=cascade", "guide=hover"], []),
         (["robot=aam"], []),
-        (["robot=auv", "guide=hover"], ["controller=station holds a robot that its water carries"]),
+        (["robot=auv", "guide=hover"], ["controller=station requires a robot supported by water"]),
         (["robot=auv", "guide=hover", "water=fossen"], []),
         (["robot=crab"], ["The legs of crab are idle"]),
         (["robot=crab", "guide=march", "guide.speed=0"], []),
@@ -45,14 +45,20 @@ def test_what_has_no_effect_is_said(words: list[str], said: list[str]) -> None:
     ("words", "said"),
     [
         (["robot=crazyflie"], []),
-        (["robot=crazyflie", "water=fossen"], ["The rotors push"]),
+        (["robot=crazyflie", "water=fossen"], ["The rotors have the same thrust"]),
         (["robot=crazyflie", "water=fossen", "+effect@effects.m=rotor_medium"], []),
         (["robot=auv", "water=fossen"], []),
-        (["robot=auv", "water=fossen", "~effects.thruster_medium"], ["The thrusters push"]),
+        (
+            ["robot=auv", "water=fossen", "~effects.thruster_medium"],
+            ["The thrusters have the same force"],
+        ),
         (["robot=aam", "water=fossen"], []),
-        (["robot=aam", "water=fossen", "wave=airy"], ["Waves that the robot makes"]),
+        (["robot=aam", "water=fossen", "wave=airy"], ["Waves radiated by the robot"]),
         (["robot=aam", "+effect@effects.breeze=wind"], []),
-        (["robot=aam", "+effect@effects.breeze=wind", "~effects.air_drag"], ["The wind pushes"]),
+        (
+            ["robot=aam", "+effect@effects.breeze=wind", "~effects.air_drag"],
+            ["The wind has no effect"],
+        ),
         (["robot=ball", "water=fossen", "~effects.water_drag"], ["The water does not slow"]),
     ],
 )
@@ -137,7 +143,7 @@ def test_multirun_may_stand_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyP
     [
         (("robot=aam", "guide=grasp"), "needs the sensor 'locator'"),
         (("robot=ball", "guide=hover", "controller=cascade"), "has no rotors and no thrusters"),
-        (("robot=auv", "guide=hover", "initial.drives=carrying"), "robots with rotors"),
+        (("robot=auv", "guide=hover", "initial.drives=carrying"), "a robot with rotors"),
     ],
 )
 def test_what_cannot_fly_is_refused(words: tuple[str, ...], said: str) -> None:

@@ -155,7 +155,7 @@ MISTAKES = {
         "three hinges",
     ),
     "a body without size": (MJCF.format('<geom type="sphere"/>', ""), "cannot be compiled"),
-    "no body": ("<mujoco><worldbody/></mujoco>", "holds no body"),
+    "no body": ("<mujoco><worldbody/></mujoco>", "contains no body"),
     "an axis of zeros": (
         URDF.format(MASS.format(1), HINGE.format("a", "0 0 0", -1)),
         "axis is zero",
@@ -488,11 +488,11 @@ def test_a_drawing_of_another_format_is_left_out(tmp_path: Path) -> None:
         text.format(MASS.format(1) + mesh.format("visual") + box), encoding="utf-8"
     )
     made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
-    assert any("empty or not read: t.gltf" in said for said in made.changes)
+    assert any("empty or unreadable: t.gltf" in said for said in made.changes)
     (tmp_path / "it.urdf").write_text(
         text.format(MASS.format(1) + mesh.format("collision")), encoding="utf-8"
     )
-    with pytest.raises(RobotError, match="a format that is not read"):
+    with pytest.raises(RobotError, match="an unsupported format"):
         scaffold_robot("other", tmp_path / "it.urdf", parent=tmp_path)
 
 
@@ -521,7 +521,7 @@ def test_a_floating_joint_to_the_world_is_left_out(elsewhere: Path) -> None:
     (elsewhere / "r.urdf").write_text(FREE.format(""), encoding="utf-8")
     lines = "\n".join(scaffold_robot("free", Path("r.urdf"), parent=elsewhere).changes)
     assert "floating joint 'j' to the world left out" in lines
-    assert "1 capsule(s) became cylinders" in lines
+    assert "1 capsule(s) replaced by cylinders" in lines
     settings = yaml.safe_load((elsewhere / "free" / "robot.yaml").read_text(encoding="utf-8"))
     assert settings["fixed_base"] is False
     shape = settings["hulls"]["b"]["shapes"][0]

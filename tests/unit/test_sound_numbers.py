@@ -63,7 +63,7 @@ def test_a_flight_without_gravity_is_refused(capsys: pytest.CaptureFixture[str])
     words = ["run", "robot=aam", "controller=cascade", "guide=hover", "environment.gravity=0"]
     assert main([*words, "time.duration=0.1"]) == 2
     said = capsys.readouterr().err
-    assert "make a system that cannot be computed: ZeroDivisionError" in said
+    assert "lead to a system that cannot be solved: ZeroDivisionError" in said
     assert "lean_for" in said
 
 

@@ -76,7 +76,7 @@ def test_a_single_run_prints_its_objective(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["hydra/sweeper=optuna", "seed=1,2"], "Say objective=METRIC"),
+        (["hydra/sweeper=optuna", "seed=1,2"], "Give objective=METRIC"),
         (["hydra/sweeper=optna", "objective=seconds"], "Did you mean 'optuna'?"),
     ],
 )

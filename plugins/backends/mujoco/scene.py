@@ -119,7 +119,7 @@ class Scene:
         """
         if self.model is not None:
             raise PhysicsError(
-                f"robot '{robot.name}' comes too late: the scene has been used already.\n"
+                f"robot '{robot.name}' is added too late: the scene is already in use.\n"
                 "Add every robot before the first reset."
             )
         number = len(self._robots)

@@ -68,7 +68,7 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         joint_names[info[1].decode()] = i
     if set(names) != set(robot.links):
         raise RobotError(
-            f"PyBullet sees the links {sorted(names)} in {robot.urdf}, "
+            f"PyBullet finds the links {sorted(names)} in {robot.urdf}, "
             f"the robot has {sorted(robot.links)}.\n"
             "Give every link a unique name."
         )

@@ -169,7 +169,7 @@ class Cascade(CascadeSettings):
             raise ConfigError(
                 f"controller=cascade: the drives of robot '{plant.robot.name}' do not command "
                 "lift, roll, pitch and yaw independently.\n"
-                "Look at position, axis, direction and coefficients of its rotors: "
+                "Check position, axis, direction and coefficients of its rotors: "
                 f"seals check robot={plant.robot.name}"
             )
         self._lag = Lag(layout.lag, layout.fall, like)
@@ -196,13 +196,13 @@ class Cascade(CascadeSettings):
         law._bind(plant, like, joints)
         if law._tilts.joints:
             raise ConfigError(
-                f"a batch has no joint that tilts a rotor, as one of robot '{plant.robot.name}' "
+                f"a batch cannot have a joint that tilts a rotor, as in robot '{plant.robot.name}' "
                 "does.\n"
                 "Run it in a world: backend=pybullet"
             )
         if law._rated:
             raise ConfigError(
-                f"controller.rate_gain={list(self.rate_gain)} has no form over a batch.\n"
+                f"controller.rate_gain={list(self.rate_gain)} has no batched form.\n"
                 "Allowed: [0.0, 0.0]"
             )
         return CascadeBatch(law, held=joints is not None)

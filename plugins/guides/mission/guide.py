@@ -494,7 +494,7 @@ def _stage(row: Any, where: str) -> Stage:
     word = str(values.pop("do", ""))
     if not word:
         raise ConfigError(
-            f"{where}={row} does not say what to do.\n"
+            f"{where}={row} names no action.\n"
             f"Write for instance {{do: rise, height: 1.0}}.  {suggestion('', KINDS)}"
         )
     refuse_unlisted(word, KINDS, f"{where}.do={word} is not a stage")

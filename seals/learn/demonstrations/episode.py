@@ -150,7 +150,8 @@ class Demonstrations:
         }
         if len(sizes) > 1:
             raise LogError(
-                f"episodes of different sizes cannot lie together: {sorted(map(str, sizes))}.\n"
+                "episodes of different sizes cannot be stored together: "
+                f"{sorted(map(str, sizes))}.\n"
                 "Record them in one environment."
             )
         both = (self.origin.observation, self.origin.action)
@@ -158,7 +159,7 @@ class Demonstrations:
             if names and len(names) != size:
                 raise LogError(
                     f"{len(names)} names stand for {size} columns: {', '.join(names[:8])}.\n"
-                    "Give one name a column, or none."
+                    "Give one name for each column, or none."
                 )
 
     @property

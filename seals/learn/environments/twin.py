@@ -99,7 +99,7 @@ class TwinSimulator(BatchSimulator):
         if isinstance(task, WorldTask):
             raise ConfigError(
                 f"backend=twin flies robots with their joints held; {type(task).__name__} moves "
-                "joints and touches things.\nSay backend=pybullet or backend=mujoco"
+                "joints and needs contacts.\nSay backend=pybullet or backend=mujoco"
             )
         for key, there in (
             ("fluid", settings.fluid is not None),
@@ -107,7 +107,7 @@ class TwinSimulator(BatchSimulator):
         ):
             if there:
                 raise ConfigError(
-                    f"backend=twin knows no {key}: nothing touches anything there.\n"
+                    f"backend=twin knows no {key}: it has no contacts.\n"
                     "Say backend=pybullet or backend=mujoco, or leave it out."
                 )
         self.robot, effects = build_model(settings)

@@ -183,8 +183,11 @@ class WalkingWorlds(WarpWorlds):
             (objects, "objects"),
             (bool(settings.sensors), "sensors"),
             (sense != "truth", f"controller.sense={sense}"),
-            (not gait, "a controller that is no gait"),
-            (not hasattr(task, "steer"), f"task {type(task).__name__}, which steers no gait"),
+            (not gait, "a controller that is not a gait"),
+            (
+                not hasattr(task, "steer"),
+                f"task {type(task).__name__}, which does not command a gait",
+            ),
             (bool(strange), f"a task that asks for {', '.join(strange)}"),
             (tuple(tool_of(robot)) != (0,), "a robot with hands"),
         )
@@ -303,7 +306,7 @@ class DivingWorlds(WarpWorlds):
             (bool(others), f"further objects: {', '.join(others)}"),
             (any(map(sees, settings.sensors.values())), "cameras"),
             (sense != "truth", f"controller.sense={sense}"),
-            (tilted, "an animal that starts tilted or moving"),
+            (tilted, "an animal with an initial tilt or velocity"),
             (backend.slope > 0.0, "a slope"),
             (bool(strange), f"a task that asks for {', '.join(strange)}"),
         )
@@ -330,7 +333,7 @@ class DivingWorlds(WarpWorlds):
         guide = chosen("guide", self._thing.guide, parts, where=where)
         if not hasattr(guide, "over_batch"):
             raise ConfigError(
-                f"{where}.guide: {type(guide).__name__} has no form over a batch of animals.\n"
+                f"{where}.guide: {type(guide).__name__} has no batched form for animals.\n"
                 "Allowed: freeze, wander, flee, shy"
             )
         self._behaviour = guide.over_batch()

@@ -264,7 +264,7 @@ class WorldsInTurn(BatchSimulator):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+        raise NotImplementedError("worlds of a rigid-body engine cannot be stored as plain data")
 
     def restore(self, kept: Mapping[str, Any], robots: Any) -> Any:
         """Refuse, see `snapshot`.

@@ -88,7 +88,7 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
             touched += 1
     if not touched:
         near = suggestion(pattern, keys, label="Numbers there", most=8)
-        raise ConfigError(f"{where}.scale: '{pattern}' meets no number but zero.\n{near}")
+        raise ConfigError(f"{where}.scale: '{pattern}' matches no number except zero.\n{near}")
 
 
 def _numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
@@ -284,4 +284,6 @@ def _world_mismatch(config: Any) -> str:
     trained = read_policy_metadata(place).get("world_hash") if (place / CARD).is_file() else None
     if trained in (None, world_hash(config)):
         return ""
-    return "This is not the world of its training: what is lost here is the gap between both."
+    return (
+        "This is not the world of its training: the loss of success shows the gap between the two."
+    )

@@ -87,7 +87,7 @@ def _next_flight(found: Calibration) -> NextFlight | None:
     # one chi-square is what one sigma leaves over
     sigma = prior / sqrt(1.0 + max(best.separation, 0.0))
     if sigma > found.problem.policy.undetermined * prior:
-        reason = "none of the library would show it; measure it on the ground."
+        reason = "no manoeuvre of the library would determine it; measure it on the ground."
         return NextFlight(number=number, reason=reason)
     manoeuvre = best.manoeuvre
     return NextFlight(
@@ -145,7 +145,7 @@ def execute(config: Any) -> int:
 
     if config.log is None:
         raise ConfigError(
-            "log is not given.\nSay which: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
+            "log is not given.\nName them: seals calibrate log=FOLDER parameters=[mass] out=FOLDER"
         )
     given = given_logs(config)
     check_value("prior", config.prior, parameters_of(CalibrateSettings)["prior"])
@@ -155,7 +155,7 @@ def execute(config: Any) -> int:
         )
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     if config.apply and (out / ROBOT).exists():
-        raise ConfigError(f"{out / ROBOT} is there already.\nGive another folder: out=FOLDER")
+        raise ConfigError(f"{out / ROBOT} already exists.\nGive another folder: out=FOLDER")
     make_folder(out)
     with progress("calibrating", STAGES + 2) as tell:
         outcome = _outcome(given, tell)

@@ -310,7 +310,7 @@ def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[S
         more = f" and {len(shown) - _SHOWN} more" if len(shown) > _SHOWN else ""
         raise ConfigError(
             "parameters is not given.\n"
-            f"Say what to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
+            f"Name the parameters to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
             f"this vehicle has {', '.join(shown[:_SHOWN])}{more}"
         )
     found: dict[str, StatedNumber] = {}

@@ -103,7 +103,7 @@ def formula_effect() -> str:
     found = (name for name, law in installed().items() if law.identification.formula)
     name = next(found, None)
     if name is None:
-        raise UnknownPlugin("no installed effect takes a formula.\nInstall one: see seals doctor")
+        raise UnknownPlugin("no installed effect accepts a formula.\nInstall one: see seals doctor")
     return name
 
 

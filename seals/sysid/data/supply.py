@@ -85,6 +85,6 @@ def supply_words(command: Floats, vehicle: Vehicle) -> str:
         return ""
     return (
         f"{100.0 * near.mean():.2g} % of the rows command a drive beyond {_NEAR:.0%} of its limit, "
-        "which falls with the battery's voltage: without battery_voltage in the log, all of it is "
-        "taken as followed."
+        "which falls with the battery's voltage: without battery_voltage in the log, the commands "
+        "are assumed to be followed."
     )

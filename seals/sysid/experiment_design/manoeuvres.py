@@ -214,27 +214,29 @@ def _drops(name: str, words: str, *releases: tuple[float, float, float]) -> Mano
 
 LIBRARY = (
     _made(hover, "hover", 12.0, "hold place and heading"),
-    _made(steps, "steps", 18.0, "quick steps ahead, sideways and back", _MOVING),
-    _made(two_speeds, "two speeds", 26.0, "straight on slowly, back fast, and once in between"),
-    _made(heave, "heave", 14.0, "up and down as hard as is safe"),
-    _made(chirp, "vertical chirp", 15.0, "up and down, from slow and wide to quick and small"),
-    _made(sideways_chirp, "sideways chirp", 15.0, "to and fro, from slow and wide to quick"),
-    _made(circle, "circle", 20.0, "round and round with a fixed heading, ever faster"),
-    _made(yaw_turn, "yaw turn", 17.0, "a full turn on the spot, at two places"),
-    _made(places, "three places", 19.0, "hover at places some way apart, each with its heading"),
-    _made(all_axes, "all axes", 18.0, "slow waves in all axes and in the heading at once"),
+    _made(steps, "steps", 18.0, "fast steps forwards, sideways and backwards", _MOVING),
+    _made(
+        two_speeds, "two speeds", 26.0, "straight ahead slowly, back fast, and once at medium speed"
+    ),
+    _made(heave, "heave", 14.0, "up and down as fast as is safe"),
+    _made(chirp, "vertical chirp", 15.0, "up and down, from slow and large to fast and small"),
+    _made(sideways_chirp, "sideways chirp", 15.0, "back and forth, from slow and large to fast"),
+    _made(circle, "circle", 20.0, "circles with a fixed heading, increasingly fast"),
+    _made(yaw_turn, "yaw turn", 17.0, "a full rotation at constant position, at two positions"),
+    _made(places, "three places", 19.0, "hover at several positions with different headings"),
+    _made(all_axes, "all axes", 18.0, "slow sine motions in all axes and in heading at once"),
     _made(
         heights,
         "climbs at three heights",
         24.0,
-        "hover near the ground, a little higher, high up, and low again",
+        "hover near the ground, slightly higher, high, and low again",
         _FLYING,
     ),
     _made(heights, "three depths", 28.0, "hold near the surface, deeper, and deep", (WATER,)),
     _made(
         dips, "dips", 23.0, "through the surface and out again, slowly and then faster", (CROSSING,)
     ),
-    _made(under_water, "dive", 23.0, "dive and move about below the surface", (CROSSING,)),
+    _made(under_water, "dive", 23.0, "dive and move below the surface", (CROSSING,)),
     _made(arm_swing, "arm swing", 17.0, "hover while the joints of the arm swing", (ARM,)),
     _made(
         hover,

@@ -100,12 +100,13 @@ def layout_of(vehicle: Vehicle, log: Log) -> DriveLayout:
     actuators = _actuators(vehicle)
     if not actuators:
         raise LogError(
-            f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares what the "
-            "drives are commanded to do.\nGive the folder of the robot that was flown: robot=NAME"
+            f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares the commands "
+            "of the drives.\nGive the folder of the robot that was flown: robot=NAME"
         )
     if vehicle.environment.gravity == 0.0:
         raise LogError(
-            f"log '{log.name}' states a gravity of zero: healthy= compares what the drives carry.\n"
+            f"log '{log.name}' states a gravity of zero: healthy= compares the weight carried "
+            "by the drives.\n"
             "State environment.gravity in meta.yaml."
         )
     signals = not log.has(vehicle.commands) and log.has(SIGNALS)

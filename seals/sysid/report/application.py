@@ -39,9 +39,10 @@ _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
 _ADVICE = (
-    "Give a longer log, or look for numbers far from all others; a log without a pose is followed "
-    "from its stated start: measure pose or velocity, cut a shorter span, or state the start less "
-    "exactly."
+    "Give a longer log, or look for extreme values; a log without a pose is simulated from its "
+    "stated "
+    "initial state: measure pose or velocity, use a shorter span, or state the initial state "
+    "with a larger sigma."
 )
 
 
@@ -56,7 +57,7 @@ def execute(config: Any) -> int:
     from seals.run.progress import progress
 
     if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals diagnose log=FOLDER out=FOLDER")
+        raise ConfigError("log is not given.\nName it: seals diagnose log=FOLDER out=FOLDER")
     given = given_logs(config)
     out = Path(config.out or HydraConfig.get().runtime.output_dir)
     make_folder(out)

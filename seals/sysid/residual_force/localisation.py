@@ -107,8 +107,8 @@ def locate_residual_force(
     known = regimes(left, around)
     if not known:
         raise LogError(
-            f"the log is too short: a force that is left over has {len(left.time)} points in time, "
-            "too few to be judged.\nGive a longer log."
+            f"the log is too short: the residual force has {len(left.time)} points in time, "
+            "too few to be evaluated.\nGive a longer log."
         )
     lines = spectrum(found, around)
     toward = pull(found, around, left) if left.missing else None

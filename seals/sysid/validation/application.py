@@ -48,7 +48,7 @@ def add(config: Any) -> int:
     """
     if config.diagnosis is None:
         raise ConfigError(
-            "diagnosis is not given.\nSay which: seals add diagnosis=FOLDER name=MY_MODEL"
+            "diagnosis is not given.\nName it: seals add diagnosis=FOLDER name=MY_MODEL"
         )
     target = _target(config)
     robot = f" {typed('robot', robot_name(config))}" if config.robot.folder else ""
@@ -57,7 +57,7 @@ def add(config: Any) -> int:
     )
     answer, logs = finding.answer, finding.answer.tables
     if config.log is None and not logs:
-        raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
+        raise ConfigError(f"{finding.file} does not name its log.\nGive it: log=FOLDER")
     given = given_logs(config, config.log or noted_logs(logs), noted=answer.without)
     if list(given.without) != list(answer.without):
         raise ConfigError(
@@ -77,13 +77,13 @@ def add(config: Any) -> int:
     for effect in finding.effects:
         if effect.active:
             print(
-                f"{effect.name} acts {timed_words(effect)} of the log; in the model it acts "
-                "throughout. Leave the effect out of runs before it begins or after it ends."
+                f"{effect.name} acts {timed_words(effect)} of the log; in the model it acts at "
+                "all times. Leave the effect out of runs before it begins or after it ends."
             )
     if finding.chosen:
-        print("The log cannot tell this effect from others: it was chosen by you.")
+        print("The log cannot distinguish this effect from others: it was chosen by the user.")
     if finding.formula is not None:
-        print(f"An unnamed force, accepted by you: {finding.formula.text}")
+        print(f"A force without a name, accepted by the user: {finding.formula.text}")
     command = f"seals verify log=ANOTHER_LOG {typed('model', option)}{given.robot_words}"
     print(f"Next, on a log that was not fitted:\n  {command}")
     return 0
@@ -98,7 +98,7 @@ def _refuse_more_than_data(overlay: Overlay) -> None:
             if role is not Role.data and getattr(part, name) != getattr(kind(), name):
                 raise ConfigError(
                     f"the diagnosis sets {name} of {kind.__name__}, which is not data.\n"
-                    "Diagnose the log again; answers set data only."
+                    "Diagnose the log again; answers set only data."
                 )
 
 
@@ -137,7 +137,7 @@ def verify(config: Any) -> int:
     from omegaconf import OmegaConf
 
     if config.log is None:
-        raise ConfigError("log is not given.\nSay which: seals verify log=FOLDER model=MY_MODEL")
+        raise ConfigError("log is not given.\nName it: seals verify log=FOLDER model=MY_MODEL")
     if config.model is None:
         names = overlay_names()
         raise ConfigError(f"model is not given.\n{suggestion('', names, label='In models/')}")
@@ -202,7 +202,7 @@ def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
         out += f"The flight that shows {' and '.join(effects)} best:\n  {command}\n"
     if numbers:
         command = f"seals calibrate {words} {typed('parameters', numbers)}"
-        out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
+        out += f"To calibrate the stated numbers that it changes or resembles:\n  {command}\n"
     return out
 
 
@@ -251,7 +251,7 @@ def _target(config: Any) -> Path:
     target = Path(str(config.folder)) / f"{name}.yaml"
     if target.exists() and not config.replace:
         raise ConfigError(
-            f"{target} exists already.\nTake another name, or write over it with replace=true"
+            f"{target} exists already.\nChoose another name, or overwrite it with replace=true"
         )
     return target
 

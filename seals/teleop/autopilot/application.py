@@ -49,7 +49,7 @@ def execute(config: Any) -> int | None:
             )
     if not settings.actuators:
         raise ConfigError(
-            "robot: it has no actuators, so an autopilot has nothing to command.\n"
+            "robot: it has no actuators, so there is nothing for an autopilot to command.\n"
             "Give a robot with rotors or thrusters, such as robot=hexacopter or robot=auv"
         )
     link = _open_link(config, settings.time.step)
@@ -111,5 +111,5 @@ def _fly(
     changes = {"script": str(path.resolve()), **controller.settled()}
     keep_session(folder, config, record, own=OWN, section="controller", changes=changes)
     if record.ending is Ending.done:
-        print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+        print(f"to repeat: seals run {typed('repeat', str(short_path(folder)))}")
     return record

@@ -162,8 +162,8 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
     except OSError as error:
         ear.close()
         raise ConfigError(
-            f"host={host} port={port} cannot be listened on: {error.strerror or error}.\n"
-            "End the other program there, or choose another: port=NUMBER"
+            f"host={host} port={port} cannot be opened: {error.strerror or error}.\n"
+            "End the program that uses it, or choose another: port=NUMBER"
         ) from error
     return ear
 
@@ -179,7 +179,7 @@ def allowed_peer(address: str | None) -> str | None:
     except ValueError as error:
         raise ConfigError(
             f"peer={address} is not an address.\n"
-            "Allowed: that of the machine of the autopilot, such as peer=203.0.113.7"
+            "Allowed: the address of the machine of the autopilot, such as peer=203.0.113.7"
         ) from error
 
 
@@ -203,7 +203,7 @@ def admitted(address: str, allowed: str | None) -> bool:
 def silent(where: str, timeout: float, start: str) -> ConfigError:
     """Return the refusal that no autopilot spoke."""
     return ConfigError(
-        f"no autopilot spoke to {where} within {timeout:g} s.\n"
+        f"no autopilot connected to {where} within {timeout:g} s.\n"
         f"Start it first, or wait longer: {start}; timeout=SECONDS"
     )
 
