@@ -100,7 +100,10 @@ def first_answers(
         what = " / ".join(parts)
     answers = {"what": what if claimed else verdict.value.replace("_", " ")}
     mark = missing.signature
-    if mark.along:
+    places = [place for e in effects for place in _places(e)] if claimed else []
+    if places:
+        answers["where"] = joined(list(dict.fromkeys(places)))
+    elif mark.along:
         held_in = f", constant in the {mark.frame}" if mark.frame != "neither" else ""
         # the axis with most of its power: a drag or a wind acts along the others too
         answers["where"] = f"force mostly along {mark.along}{held_in}"
@@ -120,6 +123,13 @@ def first_answers(
     fall = " → ".join(figure(held[k], digits=3) for k in keys)
     answers[f"held-out error, noise is {held['noise_floor']:.3g}: {steps}"] = fall
     return answers
+
+
+def _places(effect: Mapping[str, Any]) -> list[str]:
+    """Return the drive, joint or link of the vehicle on which an effect acts; often none."""
+    values = effect.get("parameters", {})
+    found = [f"{name} {values[name]['value']:g}" for name in ("rotor", "joint") if name in values]
+    return [*found, *([f"link {effect['link']}"] if effect.get("link") else [])]
 
 
 def _untold(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
