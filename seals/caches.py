@@ -65,7 +65,7 @@ def use_private_compiler_cache() -> None:
 
 
 def kept(path: Path) -> bytes | None:
-    """Return what `keep` wrote to a file; None where it is absent or changed.
+    """Return what `keep` wrote to a file; None if it is absent or changed.
 
     Code that a disk has damaged would be run: its SHA-256 stands before it.
     """

@@ -71,7 +71,9 @@ def write_state(path: Path, kind: str, state: Any) -> None:
     about = {"kind": kind, "written_by": seals.__version__, "arrays": table, "state": data}
     text = json.dumps(about, allow_nan=False, separators=(",", ":")).encode("ascii")
     if len(text) > MOST_TEXT:
-        raise TypeError(f"besides its arrays it has {len(text):,} bytes, allowed are {MOST_TEXT:,}")
+        raise TypeError(
+            f"besides its arrays it has {len(text):,} bytes; the limit is {MOST_TEXT:,}"
+        )
     size = sum(_padded(x.nbytes) for x in arrays)
     head = _HEAD.pack(MAGIC, VERSION, len(text), size)
     digest = hashlib.blake2b(head, digest_size=_DIGEST)

@@ -165,7 +165,7 @@ def _container(mark: str, content: Any, arrays: Sequence[np.ndarray], depth: int
     if mark not in ("t", "x", "m"):
         raise ValueError(f"an entry with the mark '{mark[:20]}'")
     if mark != "t" and len(_all_of(list, content)) > MOST_KEYS:
-        raise ValueError(f"{len(content)} keys that are not text, allowed are {MOST_KEYS}")
+        raise ValueError(f"{len(content)} keys that are not text; the limit is {MOST_KEYS}")
     parts = [unpacked(part, arrays, depth) for part in _all_of(list, content)]
     if mark == "m":
         return {key: value for key, value in parts}  # noqa: C416  pairs, or a ValueError

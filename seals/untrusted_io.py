@@ -80,7 +80,7 @@ def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
         )
     if status.st_size > most:
         raise LogError(
-            f"'{file}' has {status.st_size:,} bytes, allowed are {most:,}.\n"
+            f"'{file}' has {status.st_size:,} bytes; the limit is {most:,}.\n"
             "Split it, or give another one."
         )
 
@@ -97,7 +97,7 @@ def _content(file: Path, most: int) -> bytes:
         if len(raw) > status.st_size:
             raw += stream.read(most + 1 - len(raw))
     if len(raw) > most:
-        raise LogError(f"'{file}' grows while it is read, allowed are {most:,} bytes.")
+        raise LogError(f"'{file}' grows while it is read; the limit is {most:,} bytes.")
     return raw
 
 
@@ -191,7 +191,7 @@ def _measure_json(raw: bytes) -> None:
 
 def _whole(text: str) -> int:
     if len(text) > _MOST_DIGITS:
-        raise ValueError(f"a number of {len(text):,} digits, allowed are {_MOST_DIGITS}")
+        raise ValueError(f"a number of {len(text):,} digits; the limit is {_MOST_DIGITS}")
     return int(text)
 
 
@@ -228,7 +228,7 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
             f"'{file}' is not plain YAML: {reason}\n"
-            "Correct that line; allowed are numbers, text, lists and mappings."
+            "Correct that line; it may contain numbers, text, lists and mappings."
         ) from error
     if not isinstance(content, dict):
         kind = type(content).__name__
@@ -331,7 +331,7 @@ def _measure(events: Any) -> None:
 def _refuse_long_number(event: Any) -> None:
     """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
     if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
-        raise ValueError(f"a number of {len(event.value):,} digits, allowed are {_LONGEST_NUMBER}")
+        raise ValueError(f"a number of {len(event.value):,} digits; the limit is {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:

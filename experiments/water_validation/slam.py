@@ -251,7 +251,7 @@ def run(grade: Grade) -> Outcome:
     lines.append(relative(what, half.at(0.5), whole.at(0.5), 0.03))
     grid = axisymmetric.enter(None, CELLS, deepest=DEEPEST)
     for b in JUDGED:
-        what = f"{JUDGED_ACROSS} across: impulse at {b:g} R, grid of {CELLS} a radius"
+        what = f"{JUDGED_ACROSS} across: impulse at {b:g} R, grid of {CELLS} cells per radius"
         lines.append(relative(what, whole.at(b), float(np.interp(b, *grid)), None))
     for b in DRAGGED:
         what = f"{JUDGED_ACROSS} across: drag about {b:g} R, C_s over a path of 0.25 R"
@@ -292,13 +292,15 @@ def _cones(grade: Grade) -> list[Line]:
         found = slam(across, grade, nose="cone", deepest=1.05)
         for b in (EDGE, 0.5, 1.0):
             judged = across == JUDGED_ACROSS and b == 1.0
-            what = f"{across} across: cone, impulse at {b:.2g} R, grid of {CELLS} a radius"
+            what = f"{across} across: cone, impulse at {b:.2g} R, grid of {CELLS} cells per radius"
             reference = float(np.interp(b, *grid))
             lines.append(relative(what, found.at(b), reference, 0.15 if judged else None))
         if across == JUDGED_ACROSS:
             what = f"{across} across: cone, impulse at 1 R, recorded drops [rho R^3 V]"
             lines.append(relative(what, found.at(1.0), CONE_DROPS, 0.15))
-    what = f"grid of {CELLS} a radius: cone, impulse at {EDGE:.2g} R, closed form [rho R^3 V]"
+    what = (
+        f"grid of {CELLS} cells per radius: cone, impulse at {EDGE:.2g} R, closed form [rho R^3 V]"
+    )
     lines.append(relative(what, float(np.interp(EDGE, *grid)), float(cone(EDGE)), None))
     return lines
 

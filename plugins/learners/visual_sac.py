@@ -157,7 +157,7 @@ class VisualSacAgent(SacAgent):
         self._remaining = _remaining_columns(spaces.names, learner.withheld)
         if self._remaining == [] and not learner.use_pixels:
             raise ConfigError(
-                f"learner.withheld takes all numbers, use_pixels=false the rest{NOTHING}"
+                f"learner.withheld removes all numbers, use_pixels=false the pictures{NOTHING}"
             )
         self._columns = (
             None if self._remaining is None else torch.tensor(self._remaining, device=device)

@@ -143,7 +143,7 @@ def unpacked(
         ValueError: it declares too much or another size, or is damaged.
     """
     if size > _MOST_RECORD:
-        raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")
+        raise ValueError(f"a chunk declares {size:,} bytes; the limit is {_MOST_RECORD:,}")
     if packing and packing not in unpackers:
         raise ValueError(f"compression '{packing[:16]}' is not known")
     raw = unpackers[packing](raw, size) if packing else raw

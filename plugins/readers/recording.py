@@ -143,7 +143,7 @@ def _topic(
     for stamp, size, data in base.execute(query, (_MOST_MESSAGE, number)):
         if not isinstance(stamp, int) or not isinstance(data, bytes):
             raise LogError(
-                f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp, allowed are "
+                f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp; the limit is "
                 f"{_MOST_MESSAGE:,} bytes."
             )
         yield Message(*topic, stamp, data)
@@ -256,7 +256,7 @@ def _records(stream: BinaryIO, left: int) -> Iterator[tuple[dict[str, bytes], by
             if size > left:
                 return
             if size > most:
-                raise ValueError(f"a record declares {size:,} bytes, allowed are {most:,}")
+                raise ValueError(f"a record declares {size:,} bytes; the limit is {most:,}")
             parts.append(stream.read(size))
             left -= size
         yield _fields(parts[0]), parts[1]

@@ -142,7 +142,7 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
         if heading:
             if taken and list(heading) != list(taken):
                 raise LogError(
-                    f"'{where}', line {place + 1}: another heading.\nCut the file there."
+                    f"'{where}', line {place + 1}: a second heading.\nCut the file there."
                 )
             taken, split, number = heading, delimiter, number + 1
             continue

@@ -57,7 +57,7 @@ class SensorBatteryMeter(Instrument):
     current_noise: float = param(0.05, "A", bounds=(0.0, 1e3), tolerance=0.05, source="chosen")
     current_bias: float = param(0.0, "A", bounds=(-1e3, 1e3), tolerance=0.1, source="chosen")
     current_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
-    current_step: float = setting(0.0293, "A", bounds=(0.0, 1e3), source="12 bit over 120 A")
+    current_step: float = setting(0.0293, "A", bounds=(0.0, 1e3), source="12 bits over 120 A")
 
     def bind(self, outfit: RobotEquipment) -> None:
         """Refuse a robot without a battery.

@@ -103,7 +103,8 @@ class BatchLoads:
         ):
             if wrong:
                 raise ConfigError(
-                    f"robot '{robot.name}' has {what}; batches of worlds with contacts have not.\n"
+                    f"robot '{robot.name}' has {what}, which batches of worlds with "
+                    "contacts do not support.\n"
                     "Use backend=mujoco, or backend=twin if there are no contacts."
                 )
         self.robot, self.batch, self.like = robot, batch, like

@@ -412,7 +412,7 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
         change = (
             f"Add {max(mass, 0.0):.3g} kg of ballast low in the hull, or correct hulls"
             if net > 0.0
-            else f"Remove {mass:.3g} kg away, or add volume under hulls"
+            else f"Remove {mass:.3g} kg, or add volume under hulls"
         )
         return failed(
             subject, f"{words}: it cannot {can}", f"{change} and max_force in robot.yaml."

@@ -465,7 +465,7 @@ def _look(path: Path, name: str, scale: float) -> Iterator[RobotFinding]:
         yield warned("mesh", f"{name} has about {triangles:,} triangles", advice)
     size = extent * scale
     if size > FAR:
-        advice = 'Drawn in millimetres? Say scale="0.001 0.001 0.001" in the URDF\'s <mesh>.'
+        advice = 'Drawn in millimetres? Write scale="0.001 0.001 0.001" in the URDF\'s <mesh>.'
         yield warned("mesh", f"{name} is {size:.4g} m long", advice)
     elif 0.0 < size < TINY:
         advice = "Scaled twice? URDF lengths are metres."

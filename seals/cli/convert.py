@@ -70,7 +70,7 @@ def _reader_of(place: Path) -> str:
 
 
 def _robot_of_run(place: Path) -> str:
-    """Return the value of ``robot=`` for the robot of a run folder; empty where it is not there."""
+    """Return the value of ``robot=`` for the robot of a run folder; empty if it is not there."""
     from seals.config.source import is_robot_folder
     from seals.sysid.report.given_logs import robot_word
 
@@ -108,7 +108,7 @@ def execute(config: Any) -> int:
             )
         if not (out.is_dir() and any((out / name).is_file() for name in (*TABLES, "meta.yaml"))):
             raise ConfigError(
-                f"out={out} is not a log folder, so it is kept.\nChoose another name."
+                f"out={out} is not a log folder, so it is not overwritten.\nChoose another name."
             )
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}

@@ -75,7 +75,7 @@ def packages() -> Iterator[Remark]:
             yield "FAULT", wanted.name, words
             continue
         fits = wanted.specifier.contains(found, prereleases=True)
-        words = found if fits else f"{found}, but wanted is {wanted.specifier}"
+        words = found if fits else f"{found}, but {wanted.specifier} is required"
         yield "ok" if fits else "FAULT", wanted.name, words
 
 
@@ -150,7 +150,7 @@ def data() -> Iterator[Remark]:
     """Report the folder of offline data sets."""
     folder = os.environ.get("SEALS_DATA")
     found = bool(folder) and Path(str(folder)).is_dir()
-    words = str(folder) if found else "SEALS_DATA names no folder: data sets are downloaded"
+    words = str(folder) if found else "SEALS_DATA is not set to a folder: data sets are downloaded"
     yield "ok" if found else "note", "data", words
 
 

@@ -262,12 +262,13 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
             raise
         if isinstance(error, FileExistsError | NotADirectoryError) and sweep.folder is None:
             raise ConfigError(
-                f"the {kind} folder cannot be made: '{error.filename}' is a file or below one.\n"
+                f"the {kind} folder cannot be created: '{error.filename}' is a file or lies "
+                "below a file.\n"
                 f"Give another name: {place}=FOLDER"
             ) from error
         if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
             raise ConfigError(
-                f"the {kind} folder cannot be made: {error}.\n"
+                f"the {kind} folder cannot be created: {error}.\n"
                 f"Change to a folder in which you may write, or give {place}=FOLDER."
             ) from error
         if sweep.folder is None:

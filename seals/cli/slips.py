@@ -104,7 +104,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
     for word in words:
         if word in _FOLDERS or (word == "out=" and root in _RUNS):
             raise ConfigError(
-                f"{word} names no folder; the files here would be overwritten.\n"
+                f"{word} does not name a folder; the files here would be overwritten.\n"
                 f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."
             )
     own = value_of(words, "hydra.run.dir")

@@ -145,7 +145,7 @@ class HeavePredictor(SampledPredictor):
     def _twin_in(self, jobs: Sequence[Job], amplitude: Floats, omega: Floats) -> BatchDynamics:
         sea: Any = copy.copy(self.settings.wave)
         if not hasattr(sea, "amplitude"):
-            raise ConfigError("heave in waves needs waves.\nSay wave=airy.")
+            raise ConfigError("heave in waves needs waves.\nUse wave=airy.")
         sea.amplitude, sea.period = amplitude, 2.0 * np.pi / omega
         return self.twin_of(jobs, [_PHASES] * len(jobs), more={}, waves=sea)
 

@@ -153,7 +153,7 @@ class _Sizes:
         return None if self.at(real) is None else real
 
     def at(self, path: Path) -> Any:
-        """Return a part as it is written; None where there is none."""
+        """Return a part as it is written; None if there is none."""
         value = self.tree
         for word in path:
             if isinstance(value, list):

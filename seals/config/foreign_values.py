@@ -142,7 +142,7 @@ def _own_model(file: str) -> bool:
 
 
 def _at(node: Any, name: Any) -> Any:
-    """Return a value of a node, references followed; None where there is none."""
+    """Return a value of a node, references followed; None if there is none."""
     from omegaconf.errors import OmegaConfBaseException
 
     try:

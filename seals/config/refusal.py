@@ -427,7 +427,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         r"Multiple values for (\S+?)\. To override",
-        "+{0}: the group is chosen already",
+        "+{0}: this group is already chosen",
         "To change the choice, leave the + out: {0}=NAME",
     ),
     (

@@ -223,7 +223,7 @@ def _special_keys(content: Any) -> Iterator[str]:
         if isinstance(value, Mapping):
             for key in map(str, value):
                 if key in SPECIAL and not (key == TARGET and is_plugin(str(value[key]))):
-                    yield f"says {key}: {value[key]!s:.80}, no installed plug-in"
+                    yield f"gives {key}: {value[key]!s:.80}, which is not an installed plug-in"
             waiting += value.values()
         elif isinstance(value, list | tuple):
             waiting += value

@@ -277,7 +277,7 @@ def _entry(where: str, raw: Any) -> list[Event]:
     kinds = [word for word in ("press", "release", "hold", "set") if getattr(entry, word)]
     if len(kinds) != 1:
         raise ConfigError(
-            f"{where} says {kinds or 'nothing'}.\nSay one of: press, release, hold, set"
+            f"{where} gives {kinds or 'nothing'}.\nWrite one of: press, release, hold, set"
         )
     kind, control = kinds[0], getattr(entry, kinds[0])
     value = entry.value if kind == "set" else float(kind != "release")

@@ -341,7 +341,7 @@ class CoupledBody(BodyOptions):
         return place - arm, rotation, native
 
     def compiled_form(self, step: float, *, driven: bool) -> tuple[str, ...] | None:
-        """Return how the next step is computed, for `compiled_law`; None where it is not compiled.
+        """Return how the next step is computed, for `compiled_law`; None if it is not compiled.
 
         Args:
             step: h [s].

@@ -161,7 +161,7 @@ def _refuse_bulk(raw: bytes, kind: str) -> None:
     if lines > MOST_LINES or words > MOST_WORDS:
         raise ValueError(
             f"it has {lines:,} lines and {words:,} words, "
-            f"allowed are {MOST_LINES:,} and {MOST_WORDS:,}"
+            f"the limits are {MOST_LINES:,} and {MOST_WORDS:,}"
         )
     if kind == ".stl" and len(_SOLIDS.findall(raw)) > MOST_SOLIDS:
         raise ValueError(f"it has more than {MOST_SOLIDS:,} solids")
@@ -289,7 +289,7 @@ def _size(mesh: dict[str, Any], counts: list[int]) -> int:
     """Return the numbers that all parts of a mesh hold, those held twice counted twice."""
     parts = _list(mesh, "primitives")
     if len(parts) > MOST_COPIES:
-        raise ValueError(f"one mesh has {len(parts):,} parts, allowed are {MOST_COPIES:,}")
+        raise ValueError(f"one mesh has {len(parts):,} parts; the limit is {MOST_COPIES:,}")
     named = [part.get("attributes") for part in parts]
     keys = [key for one in named if isinstance(one, dict) for key in one.values()]
     keys += [part["indices"] for part in parts if "indices" in part]

@@ -64,7 +64,7 @@ def execute(config: Any) -> int:
         raise ConfigError(f"format={config.format} is not known.\n{hint}")
     out = Path(str(config.out))
     if out.suffix != ".onnx":
-        raise ConfigError(f"out={out} is not the name of an ONNX file.\nSay out={out.stem}.onnx")
+        raise ConfigError(f"out={out} is not the name of an ONNX file.\nUse out={out.stem}.onnx")
     if out.exists() and not (config.replace and out.is_file()):
         raise ConfigError(f"out={out} exists.\nChoose another name, or add replace=true.")
     if not config.policy:

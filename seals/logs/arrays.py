@@ -101,7 +101,7 @@ def _parse(where: str, raw: bytes) -> Floats:
     if declared == held and math.prod(shape) > MOST_VALUES:
         # small ones take eight times the room as the numbers of a log
         raise LogError(
-            f"'{where}' holds {math.prod(shape):,} numbers, allowed are {MOST_VALUES:,}."
+            f"'{where}' holds {math.prod(shape):,} numbers; the limit is {MOST_VALUES:,}."
         )
     if declared != held or min(shape, default=1) < 0:
         raise LogError(

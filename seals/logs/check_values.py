@@ -362,7 +362,7 @@ def _flat(name: str, values: Floats, times: Floats) -> list[Finding]:
         count, first = _clipped(values == level, steps, float(np.min(moving)))
         if count:
             text = (
-                f"{count} samples stand at {level:.6g}, {word} which there are no readings: the "
+                f"{count} samples are at {level:.6g}, {word} which there are no readings: the "
                 "sensor is saturated."
             )
             where = float(times[first])

@@ -31,7 +31,7 @@ _FAST = ("specific_force", "angular_velocity", "rotor_speed")
 def in_seconds(
     time: Floats, segment: NDArray[Any], *, named: str = "", channels: Iterable[str] = ()
 ) -> tuple[Floats, dict[str, Any]]:
-    """Return stamps in seconds, and the detected unit; empty where they are seconds already.
+    """Return stamps in seconds, and the detected unit; empty if they are seconds already.
 
     Converted stamps start at zero: as seconds since 1970 they would lose their last digits.
 

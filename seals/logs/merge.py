@@ -65,7 +65,7 @@ def merge(streams: Sequence[Stream], *, where: str) -> tuple[dict[str, Floats], 
     width = 1 + sum(len(stream.columns) for stream in full)
     if stamps.size * width > MOST_CELLS:
         raise LogError(
-            f"'{where}' makes a table of {stamps.size:,} rows and {width} columns, allowed are "
+            f"'{where}' makes a table of {stamps.size:,} rows and {width} columns; the limit is "
             f"{MOST_CELLS:,} values.\nUse fewer topics (topics=[...]), or shorten the log."
         )
     if stamps[-1] - stamps[0] > _LONGEST:

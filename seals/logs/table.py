@@ -354,7 +354,7 @@ def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: in
 
 def _too_wide(file: str | Path, width: int) -> LogError:
     return LogError(
-        f"'{file}' has {width:,} columns, allowed are {MOST_COLUMNS:,}.\nSplit the log first."
+        f"'{file}' has {width:,} columns; the limit is {MOST_COLUMNS:,}.\nSplit the log first."
     )
 
 
@@ -376,7 +376,7 @@ def _layout_hint(raw: bytes, sought: str, delimiter: str, skip_lines: int) -> st
     said = [f"delimiter={mark!r}"] if mark != delimiter else []
     said += [f"skip_lines={first}"] if first != skip_lines else []
     found = f"Line {first + 1} looks like the header: {lines[first][:80]}"
-    return f"{found}\nSay {', '.join(said)}" if said else ""
+    return f"{found}\nUse {', '.join(said)}" if said else ""
 
 
 def _must_be_numbers(names: list[str]) -> list[str]:
@@ -428,7 +428,7 @@ def _check_size(file: Path, rows: int, width: int) -> None:
     """Refuse a table above the bound; print the expected memory and time of a large one."""
     if rows * max(width, 1) > MOST_VALUES:
         raise LogError(
-            f"'{file}' declares {rows:,} rows of {width} columns, allowed are {MOST_VALUES:,} "
+            f"'{file}' declares {rows:,} rows of {width} columns; the limit is {MOST_VALUES:,} "
             "values.\nSplit the log first."
         )
     if rows * width > _LARGE:

@@ -28,7 +28,7 @@ class Picture(NamedTuple):
         colour: linear red, green, blue, 0 to 1, shape (N, C, H, W, 3).
         depth: along the optical axis [m], infinite where nothing is met, shape (N, C, H, W).
         parts: what is met, as a place in the scene's ``names``, shape (N, C, H, W).
-        normals: outward, world axes, zero where nothing is met, shape (N, C, H, W, 3); None unless
+        normals: outward, world axes, zero if nothing is met, shape (N, C, H, W, 3); None unless
             asked for.
     """
 

@@ -125,7 +125,7 @@ def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, .
         return
     target = Path(place)
     if not any(_plainly_in(target, folder) for folder in near):
-        why = f"it is elsewhere; allowed are files in {', '.join(map(str, near))}"
+        why = f"it is elsewhere; only files in {', '.join(map(str, near))} are allowed"
         raise PermissionError(errno.EACCES, why, str(name))
     try:
         status = os.stat(place)

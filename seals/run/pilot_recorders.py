@@ -33,7 +33,7 @@ class _TableRecorder(Recorder):
         self._rows.restore(kept, rows)
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows as columns of a log; empty where nothing is recorded."""
+        """Return the first ``rows`` rows as columns of a log; empty if nothing is recorded."""
         return self._rows.columns(rows)
 
 

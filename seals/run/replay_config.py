@@ -90,7 +90,7 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
     if not path.read_bytes().endswith(b"\n"):
         # what is missing at its end would become default values
         raise ConfigError(
-            f"{path} was cut short.\nRestore it, or start again with the same arguments."
+            f"{path} is truncated.\nRestore it, or start again with the same arguments."
         )
     refuse_lookups(
         raw,

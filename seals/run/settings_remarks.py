@@ -70,7 +70,7 @@ def find_conflicts(settings: RunSettings) -> list[str]:
     if own is not None and _apart(own, e.gravity):
         found.append(
             f"The wave uses a different gravity: wave.gravity={own:g}, environment.gravity="
-            f"{e.gravity:g}.\nSay wave.gravity={e.gravity:g}, unless this is intended."
+            f"{e.gravity:g}.\nUse wave.gravity={e.gravity:g}, unless this is intended."
         )
     for name, effect in settings.effects.items():
         for level in ("ground_level", "water_level"):
@@ -79,7 +79,7 @@ def find_conflicts(settings: RunSettings) -> list[str]:
                 found.append(
                     f"{name} has a different level: effects.{name}.{level}={mine:g}, "
                     f"environment.{level}={ours:g}.\n"
-                    f"Say effects.{name}.{level}={ours:g}, unless this is intended."
+                    f"Use effects.{name}.{level}={ours:g}, unless this is intended."
                 )
     return [*found, *_bottoms(settings)]
 
@@ -98,13 +98,13 @@ def _bottoms(settings: RunSettings) -> list[str]:
             return []
         return [
             f"The wave is a deep-water wave, {length:.3g} m long; the water is {deep:g} m deep.\n"
-            f"Say wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
+            f"Use wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
         ]
     if not _apart(stated, deep):
         return []
     return [
         f"The water has two depths: wave.depth={stated:g}, and {deep:g} m from "
-        f"environment.water_level to environment.tank_bottom.\nSay wave.depth={deep:g}, unless "
+        f"environment.water_level to environment.tank_bottom.\nUse wave.depth={deep:g}, unless "
         "this is intended."
     ]
 

@@ -202,7 +202,7 @@ def left_out(root: Element) -> dict[str, dict[str, int]]:
 
 
 def entries(root: Element) -> Iterator[tuple[str, str]]:
-    """Yield every entry of a file: its kind, and why it is left out, empty where it is used."""
+    """Yield every entry of a file: its kind, and why it is left out, empty if it is used."""
     yield from _walk(str(root.tag), root, "")
 
 
@@ -228,7 +228,7 @@ def _walk(dialect: str, element: Element, above: str) -> Iterator[tuple[str, str
                 yield from ((kind, branch) for kind in _own(inner, tag))
         return
     for kind in _own(element, above):
-        # why an entry is left out; empty where it is used
+        # why an entry is left out; empty if it is used
         tables = [(_USED.get(dialect, ""), ""), *_LEFT.get(dialect, {}).items()]
         yield kind, next((why for words, why in tables if _fits(kind, words)), UNKNOWN)
     for child in element:

@@ -92,7 +92,7 @@ def weighted_base(robot: UrdfDraft) -> str:
     """Give a base without mass the mass properties of the heaviest link fixed to it.
 
     Returns:
-        Name of that link, empty where none is needed or there is none.
+        Name of that link, empty if none is needed or there is none.
     """
     links, bases = robot.links, robot.bases
     if len(bases) != 1 or mass_of(links[bases[0]]) > 0.0:
@@ -197,7 +197,7 @@ def sound_inertias(robot: UrdfDraft) -> list[str]:
 
 
 def _sound(tensor: Floats, mass: float) -> Floats | None:
-    """Return the nearest inertia that a body has; None where it is one, or far from all."""
+    """Return the nearest inertia that a body has; None if it is one, or far from all."""
     if not np.all(np.isfinite(tensor)):
         return None
     if not np.any(tensor):

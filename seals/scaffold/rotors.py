@@ -52,7 +52,7 @@ class Drives:
     Args:
         kind: ``rotor`` or ``thruster``.
         links: that they turn with, or that carry them.
-        joints: movable joints that turn them; empty where they are fixed.
+        joints: movable joints that turn them; empty if they are fixed.
         position: base axes [m], shape (n, 3).
         axis: of positive thrust, base axes [1], shape (n, 3).
         direction: +1 anticlockwise seen from the tip of the axis, -1 clockwise, shape (n,).
@@ -273,7 +273,7 @@ def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: F
 
 
 def _drag_ahead(source: Takeover) -> float:
-    """Drag along x at a brisk speed that a file states [N]; zero where it states none."""
+    """Drag along x at a brisk speed that a file states [N]; zero if it states none."""
     rows = source.stated.hydrodynamics
     linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
     quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)

@@ -141,7 +141,10 @@ class _FluidCheck:
             gap < 1e-4, self.name, f"loses {gap:.1e} of the impulses", "Sum in double precision."
         )
         require(
-            level < 0.1 * DEPTH, self.name, f"has its surface {level:.3f} m off", "Use the level."
+            level < 0.1 * DEPTH,
+            self.name,
+            f"has a surface that is off by {level:.3f} m",
+            "Use the level.",
         )
         return lift, gap, level
 

@@ -225,7 +225,7 @@ class HookCheck:
             apart = _apart(copied(found), expected)
             self._require(
                 apart <= EQUAL,
-                f"{hook} under {library} is {apart:.1e} away from NumPy",
+                f"{hook} under {library} differs by {apart:.1e} from NumPy",
                 "Use one formula for all.",
             )
         return set(likes)
@@ -240,7 +240,7 @@ class HookCheck:
             apart = _apart(held, plain)
             self._require(
                 apart <= EQUAL,
-                f"joint_drive within its limit is {apart:.1e} away from joint_loads",
+                f"joint_drive within its limit differs by {apart:.1e} from joint_loads",
                 "Both are one law: joint_loads is the force of joint_drive within its limit.",
             )
         steep = {"joint_drive": output[1:3], "joint_resistance": (output,)}.get(hook, ())

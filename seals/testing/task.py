@@ -87,7 +87,7 @@ def check_task(
         posture.shape == (model.tree.joints,),
         name,
         f"holds {posture.shape} joint positions",
-        f"Return one a joint: {model.tree.joints}.",
+        f"Return one per joint: {model.tree.joints}.",
     )
     draw = made.draw(np.random.default_rng(7), COUNT)
     _require_draw(name, draw, made.draw(np.random.default_rng(7), COUNT))

@@ -33,7 +33,7 @@ def execute(config: Any) -> int | None:
     folder, overrides = Path(hydra.runtime.output_dir), list(hydra.overrides.task)
     if not 0 <= config.port < 1 << 16:
         raise ConfigError(
-            f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"
+            f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any free port"
         )
     viewer = build(config.show, where="show")
     if not hasattr(viewer, "show"):

@@ -108,7 +108,7 @@ class TaskHiding(TaskHover):
     ("task", "words"),
     [
         (TaskCounting, "reward gives different results"),
-        (TaskLong, "acts by 2"),
+        (TaskLong, "actions of size 2"),
         (TaskHiding, "a value instead of the function effort"),
     ],
 )

@@ -75,7 +75,7 @@ WRONG = [
     ("run experiment=drop_tst", "experiment=drop_tst", "Did you mean 'drop_test'?"),
     ("run ROBOT --multirn", "--multirn", "--multirun"),
     ("rnu robot=ball", "no verb 'rnu'", "Did you mean 'run'?"),
-    ("list efect", "no kind 'efect'", "Did you mean 'effect'?"),
+    ("list efect", "'efect' is not a kind", "Did you mean 'effect'?"),
     ("describe effect wnd", "effect 'wnd'", "Did you mean 'wind'?"),
     ("describe a b c", "not a kind followed by a name", "seals describe KIND NAME"),
     ("check", "robot is not given", "robot=FOLDER"),
@@ -89,7 +89,7 @@ WRONG = [
     ("view nowhere", "no run, experiment or robot has this name", "seals help view"),
     ("export", "policy is not given", "seals export policy=FOLDER"),
     ("run ROBOT initial.position.z=2", "initial.position is a list", "initial.position.0=VALUE"),
-    ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0 on"),
+    ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0"),
     ("teleop ROBOT script=", "script= has no value", "script=keys.yaml"),
     ("compare ROBOT fit.steps=abc", "fit is a list, which has no 'steps'", "fit.0=VALUE"),
     ("verify log=hidden_effect/flight_a model=", "model= does not exist", "Make one: seals add"),
@@ -100,9 +100,9 @@ WRONG = [
     ("run ROBOT ~water=particles", "~water=particles: there is no such key", "--cfg job"),
     ("run ROBOT ~time.step=3", "~time.step=3: the value is 0.004", "write ~time.step"),
     ("run ROBOT --config-path nowhere", "--config-path nowhere: there is no", "folder of config"),
-    ("run ROBOT hydra.run.dir=", "hydra.run.dir= names no folder", "hydra.run.dir=FOLDER"),
+    ("run ROBOT hydra.run.dir=", "hydra.run.dir= does not name a folder", "hydra.run.dir=FOLDER"),
     ("run ROBOT --config-dir nowhere", "--config-dir nowhere: there is no", "folder of config"),
-    ("run ROBOT hide=wind", "hide=wind is not allowed", "in brackets: hide=[wind]"),
+    ("run ROBOT hide=wind", "hide=wind is not allowed", "in brackets is required: hide=[wind]"),
     (
         "check robot=ball robot=box",
         "robot=ball robot=box: several robots",
@@ -429,7 +429,7 @@ def test_a_folder_that_cannot_be_made_is_said_in_words(
     (tmp_path / "runs").write_text("in the way", encoding="utf-8")
     assert main(["run", *words, "experiment=drop_test"]) == 2
     said = capsys.readouterr().err
-    assert "cannot be made" in said
+    assert "cannot be created" in said
     assert "Errno" not in said
     assert ": out=FOLDER" in said
 

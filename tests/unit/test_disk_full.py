@@ -105,7 +105,7 @@ def test_a_scene_cut_short_is_not_taken_up(capsys: pytest.CaptureFixture[str]) -
     for cut in (0.3, 0.9, 0.999):
         scene.write_bytes(raw[: int(cut * len(raw))])
         assert main(["run", "resume=cut"]) == 2, cut
-        assert "was cut short" in capsys.readouterr().err, cut
+        assert "is truncated" in capsys.readouterr().err, cut
 
 
 @pytest.mark.parametrize("stage", ["old", "gone", "new"])

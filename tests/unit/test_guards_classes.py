@@ -166,8 +166,8 @@ def test_trust_makes_no_class_of_a_plug_ins_place() -> None:
     ("text", "words"),
     [
         ("urdf: r.urdf\nsummary: '${oc.env:HOME}'\n", "holds a reference"),
-        ("urdf: ../r.urdf\n", "lies outside"),
-        ("urdf: linked.urdf\n", "lies outside"),
+        ("urdf: ../r.urdf\n", "is outside"),
+        ("urdf: linked.urdf\n", "is outside"),
         (
             "urdf: r.urdf\neffects: {'a@hydra.callbacks.b': {effect: gravity}}\n",
             "is not a valid name",

@@ -45,7 +45,7 @@ ONE = {
     r"exponential\((d|error|deviations?)\[:, 3:6\]\)": {"seals/batch/state.py"},
     r'"a law"': {"seals/errors.py"},
     r"with a decimal point": {"seals/robot/structure.py"},
-    r"does not say which \{": {"seals/robot/robot_file.py"},
+    r"does not name its \{": {"seals/robot/robot_file.py"},
     r"def column_names\(": {"seals/logs/channels.py"},
     r'"\.bag"': {"seals/file_names.py"},
     # numbers of a dataclass out of order: `check_order`

@@ -110,7 +110,7 @@ def test_missing_file_lists_the_folder(tmp_path: Path) -> None:
 def test_header_is_not_believed(tmp_path: Path) -> None:
     """A header that declares 200 MB is refused before anything is read."""
     path = write_stl(tmp_path / "bomb.stl", FACES, declared=4_000_000)
-    with pytest.raises(RobotError, match="cut short"):
+    with pytest.raises(RobotError, match="truncated"):
         hull_from_mesh(path)
 
 

@@ -359,7 +359,7 @@ def test_gymnasium_finds_nothing_to_say(env: str) -> None:
 @pytest.mark.parametrize(
     ("env", "words", "said"),
     [
-        ("catch", ["backend=twin", "~objects"], "backend=twin flies robots with their joints held"),
+        ("catch", ["backend=twin", "~objects"], "backend=twin simulates robots with held joints"),
         ("catch", ["task.object=lobster"], "object 'lobster', which is not in the run"),
         ("catch", ["robot=crazyflie"], "needs a gripper with tips"),
         ("catch", ["environment.water_level=null", "water=none"], "needs water"),

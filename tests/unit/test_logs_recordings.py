@@ -302,7 +302,7 @@ def test_a_database_is_data_only(tmp_path: Path) -> None:
         (ENDLESS, [], "no table 'messages'"),
         (computed, [], "lacks data"),
         (plain, [(1, 1, "soon", b"\0")], "no stamp"),
-        (plain, [(1, 1, 5, bytes((1 << 22) + 1))], "allowed are"),
+        (plain, [(1, 1, 5, bytes((1 << 22) + 1))], "the limit is"),
     ):
         _database(file, table, rows)
         with pytest.raises(LogError, match=words):

@@ -70,7 +70,7 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "not name a nearby file"),
     "a link to a device": ("a.obj", "mtllib zeros.mtl\n" + SHAPE, "lies elsewhere"),
     "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not a regular file"),
-    "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "allowed are"),
+    "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "the limit is"),
     "a shell": ("a.obj", "csh rm -rf .\n" + SHAPE, "holds the command csh"),
     "another file": ("a.obj", "call other.obj\n" + SHAPE, "holds the command call"),
     "a picture in the materials": ("a.obj", "mtllib bad.mtl\n" + SHAPE, "names '/dev/zero'"),
@@ -187,7 +187,7 @@ NAMES = {
     "http://a.b/c.png": "not name a nearby file",
     "meshes/zeros.mtl": "lies elsewhere",
     "meshes/pipe.mtl": "is not a regular file",
-    "meshes/huge.mtl": "allowed are",
+    "meshes/huge.mtl": "the limit is",
     "~/a.png": "not name a nearby file",
     "C:/a.png": "not name a nearby file",
     "package:///dev/zero": "not name a nearby file",
@@ -223,7 +223,7 @@ def test_a_urdf_taken_over_is_read_within_bounds(folder: Path) -> None:
     from seals.scaffold.takeover import Takeover
 
     for target, words in (
-        (folder / "meshes" / "huge.mtl", "allowed are"),
+        (folder / "meshes" / "huge.mtl", "the limit is"),
         (Path("/proc/self/maps"), "is empty"),
         (folder / "odd.urdf", "is not UTF-8 text"),
     ):

@@ -266,7 +266,7 @@ def sparse() -> Path:
 
 def test_checksums_are_bounded(sparse: Path) -> None:
     """run.json names files near the robot, of the size of such files."""
-    with pytest.raises(LogError, match="allowed are"):
+    with pytest.raises(LogError, match="the limit is"):
         digest(sparse)
     assert digest(Path("/proc/self/pagemap")) == digest(Path("/proc/version"))
     assert digest(Path("/dev/zero")) is None
@@ -289,9 +289,9 @@ def test_scripts_and_curves_are_bounded(sparse: Path) -> None:
     """Text of a script of keys and of a training's curves is read up to a size."""
     for name in ("a.yaml", "a.csv"):
         sparse.rename(name)
-        with pytest.raises(ConfigError, match="allowed are"):
+        with pytest.raises(ConfigError, match="the limit is"):
             read_track(Path(name))
-        with pytest.raises(LogError, match="allowed are"):
+        with pytest.raises(LogError, match="the limit is"):
             read_table(Path(name))
         Path(name).rename(sparse)
     with pytest.raises(ConfigError, match=r"is empty|cannot be read"):
@@ -300,7 +300,7 @@ def test_scripts_and_curves_are_bounded(sparse: Path) -> None:
 
 def test_meshes_are_bounded(sparse: Path) -> None:
     """A mesh of any reader has a bearable size, and is an ordinary file."""
-    with pytest.raises(LogError, match="allowed are"):
+    with pytest.raises(LogError, match="the limit is"):
         load_triangles(sparse, where="mesh")
     os.mkfifo("a.ply")
     with pytest.raises(LogError, match="not a regular file"):

@@ -200,7 +200,7 @@ def test_more_columns_than_a_log_has_are_refused(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(",".join(names) + "\n")
     tracemalloc.start()
     for read in (read_parquet, read_csv_columns):
-        with pytest.raises(LogError, match="4,097 columns, allowed are 4,096"):
+        with pytest.raises(LogError, match="4,097 columns; the limit is 4,096"):
             read(tmp_path / f"log.{'csv' if read is read_csv_columns else 'parquet'}")
     tracemalloc.stop()
 

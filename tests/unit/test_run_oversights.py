@@ -98,7 +98,7 @@ def test_what_is_told_twice_and_differently_is_said(words: list[str], said: list
     """Gravity, levels and depth of the water stand in two places; what to write follows."""
     found = find_conflicts(run_settings(["robot=ball", "water=fossen", *words]))
     assert [remark.splitlines()[1].split(", or")[0] for remark in found] == [
-        f"Say {words}" for words in said
+        f"Use {words}" for words in said
     ]
 
 

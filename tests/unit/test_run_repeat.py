@@ -141,7 +141,7 @@ def test_half_a_configuration_is_no_run(
     path.write_text(half)
     capsys.readouterr()
     assert main(["run", f"repeat={path.parents[1]}"]) == 2
-    assert "was cut short" in capsys.readouterr().err
+    assert "is truncated" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "a: [", "\x00", "effects: 3", "time: {step: x}"])

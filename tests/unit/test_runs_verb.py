@@ -237,7 +237,7 @@ def test_a_measure_stays_inside_the_folder(runs: Path, capsys: pytest.CaptureFix
     write_json(runs / "secret.json", {"key": 5.0})
     for name in ("../secret.key", f"{runs}/secret.key", f"{runs}/0/fits.error.mean"):
         assert main(["runs", "drops", f"metric={name}"]) == 2
-        assert "no run has it" in capsys.readouterr().err
+        assert "no run has this metric" in capsys.readouterr().err
 
 
 def test_places_of_lists_sort_and_group(runs: Path) -> None:

@@ -58,7 +58,7 @@ def test_a_mistyped_objective_ends_a_search_after_one_job(
     words = search(tmp_path / "s", "hydra.sweeper.n_trials=5", "objective=position_z.mxa")
     assert main(words) == 2
     assert capfd.readouterr().err.splitlines() == [
-        "ConfigError: objective=position_z.mxa: no run has it.",
+        "ConfigError: objective=position_z.mxa: no run has this metric.",
         "Did you mean 'max'?  Statistics: first, last, max, mean, min, range, rms, std",
     ]
     assert len((tmp_path / "s" / "jobs.csv").read_text().splitlines()) == 2

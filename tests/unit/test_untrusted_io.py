@@ -46,7 +46,7 @@ STRANGE: dict[str, tuple[Callable[[Path], None], str]] = {
     "memory of the process": (lambda p: _linked(p, "/proc/self/mem"), "is empty"),
     "link to itself": (lambda p: _linked(p, p.name), "cannot be opened"),
     "link to nothing": (lambda p: _linked(p, "absent"), "does not exist"),
-    "terabyte of holes": (_sparse, "allowed are"),
+    "terabyte of holes": (_sparse, "the limit is"),
     "empty": (Path.touch, "is empty"),
     "not UTF-8": (lambda p: p.write_bytes(b'"\xff"') and None, "UTF-8|utf-8"),
 }

@@ -232,7 +232,7 @@ class Scene:
         self.compile()
         size = self.engine.mj_stateSize(self.model, self._state_kind)
         if np.shape(state) != (size,):
-            raise ValueError(f"a state of shape {np.shape(state)} where {(size,)} belongs")
+            raise ValueError(f"a state of shape {np.shape(state)}; {(size,)} is required")
         self.engine.mj_setState(self.model, self.data, state, self._state_kind)
         self.stale = True
 

@@ -452,7 +452,7 @@ class Mission:
 
 
 def _chosen(parts: Mapping[str, Any], name: str, word: str, robot: str) -> Any:
-    """The named part, the first one without a name, or None where there is none."""
+    """The named part, the first one without a name, or None if there is none."""
     if not name:
         return next(iter(parts.values()), None)
     refuse_unlisted(name, parts, f"guide.{word}={name}: robot '{robot}' has no such {word}")

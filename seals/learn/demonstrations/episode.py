@@ -108,8 +108,8 @@ class Origin:
         config_hash: of its configuration, as `seals.learn.metadata.config_hash` makes it.
         who: a person or a program.
         by: the program's or the session's name.
-        observation: names of the observation's columns; empty where they have none.
-        action: names of the action's columns; empty where they have none.
+        observation: names of the observation's columns; empty if they have none.
+        action: names of the action's columns; empty if they have none.
         rate: decisions a second [Hz].
         config: the configuration itself, plain values.
         tried: episodes that were tried for those that were kept; 0 where nobody counted.

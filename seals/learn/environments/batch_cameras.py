@@ -79,7 +79,7 @@ class BatchCameras:
             raise ConfigError(
                 f"viewer '{type(settings.viewer).__name__}' renders only one world at a time, but "
                 "there are many twins.\n"
-                "Say viewer=raycast"
+                "Use viewer=raycast"
             )
         self._device, self._renderer = device, replace(settings.viewer, device=device)
         dry = settings.environment.water_level is None

@@ -48,7 +48,7 @@ class BatchSimulator(ABC):
         Args:
             draw: starts and goals of N episodes.
             rows: which of them begin, bool (N,); None for all.
-            seeds: of the episodes that begin; None where they have none.
+            seeds: of the episodes that begin; None if they have none.
         """
 
     @abstractmethod

@@ -51,7 +51,7 @@ class WarpWorlds(BatchSimulator):
         walk: lets the gaits command the servos for their next period.
 
     Raises:
-        ConfigError: the run holds what a batch of worlds has not.
+        ConfigError: the run holds what which a batch of worlds does not support.
     """
 
     memory: Any
@@ -471,6 +471,7 @@ def _refuse(*reasons: tuple[bool, str]) -> None:
     for wrong, what in reasons:
         if wrong:
             raise ConfigError(
-                f"backend=mujoco_warp on a GPU: the run has {what}; a batch of worlds has not.\n"
-                "Say backend=mujoco, or device=cpu, or leave it out."
+                f"backend=mujoco_warp on a GPU: the run has {what}, which a batch of worlds does "
+                "not support.\n"
+                "Use backend=mujoco, or device=cpu, or leave it out."
             )

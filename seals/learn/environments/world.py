@@ -32,7 +32,7 @@ class FullWorld:
         episodes: that are expected, so that laws are compiled where that pays.
 
     Attributes:
-        watcher: turns pictures into what policies are told; None where they are told the truth.
+        watcher: turns pictures into what policies are told; None if they are told the truth.
 
     Raises:
         ConfigError: the control rate is above that of the world's steps, or the task's object is

@@ -218,7 +218,7 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     if config.episodes < 1 or config.count < 0:
         raise ConfigError(
             f"episodes={config.episodes}, count={config.count} is not allowed.\n"
-            "Allowed: episodes=1 or more, count=0 or more; count=0 chooses by the backend."
+            "Allowed: episodes=1 or more, count=0 or more; with count=0 the backend determines it."
         )
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))

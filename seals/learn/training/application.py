@@ -74,7 +74,7 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
         said = f"varied={share:g}" if diagnosis is None else f"varied_from={diagnosis}"
         raise ConfigError(
             f"{said}: only twins and batches of worlds can differ from each other.\n"
-            "Say backend=twin, or leave varied and varied_from out"
+            "Use backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
     from seals.learn.environments.domain_randomisation import drawn_parameters

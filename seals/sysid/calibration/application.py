@@ -67,7 +67,7 @@ class NextFlight:
 
 
 def _next_flight(found: Calibration) -> NextFlight | None:
-    """Return the best manoeuvre for the first undetermined number; None where there is none.
+    """Return the best manoeuvre for the first undetermined number; None if there is none.
 
     The other numbers count as known as well as the logs tell them.
     """

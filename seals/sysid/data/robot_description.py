@@ -47,7 +47,7 @@ class RobotDescription:
 
 
 def described(config: Any) -> RobotDescription | None:
-    """Return the robot of a command's configuration, or None where none is given.
+    """Return the robot of a command's configuration, or None if none is given.
 
     Args:
         config: composed configuration with ``robot``, ``effects`` and ``actuators``.

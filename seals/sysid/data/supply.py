@@ -57,8 +57,8 @@ def typical_shortfall(voltage: Floats | None, full: float | None) -> float:
         change of the exponent of a law k x leaves the best k as it is, to first order.
 
     Args:
-        voltage: at the battery's terminals [V], shape (T,); None where it is not measured.
-        full: V_full [V]; None where it is not known.
+        voltage: at the battery's terminals [V], shape (T,); None if it is not measured.
+        full: V_full [V]; None if it is not known.
 
     Example:
         >>> round(typical_shortfall(np.array([9.0, 9.0, 10.0]), 10.0), 9)

@@ -40,7 +40,7 @@ class DriveLayout:
 
     Args:
         position: of the drives from the origin of the base link [m], shape (n, 3).
-        radius: of their discs; zero where none is known [m], shape (n,).
+        radius: of their discs; zero if none is known [m], shape (n,).
         wrench: force [N] and torque [N m] per thrust of each drive, base axes, shape (6, n).
         limit: largest thrusts [N], shape (n,).
         mass: of the vehicle [kg].

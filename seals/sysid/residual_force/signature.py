@@ -279,13 +279,13 @@ def _places(given: Findings) -> list[tuple[float, str]]:
     where = f"{_vector(np.array(best.place))} +- {spread:.2f} m"
     if isinstance(best, Spot):
         words = (
-            f"Acts within about {best.spread:.2f} m of the place {where}, there "
+            f"Acts within about {best.spread:.2f} m of the position {where}, with "
             f"{_vector(np.array(best.force))} N in the world"
         )
     else:
         way = "toward" if best.strength > 0.0 else "away from"
         words = (
-            f"Points {way} the place {where}; its size is proportional to "
+            f"Points {way} the position {where}; its size is proportional to "
             f"distance^{-best.power:.1f} "
             f"+- {best.power_sd:.1f}"
         )

@@ -106,7 +106,7 @@ def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -
     """Refuse logs whose contents are not those that were diagnosed.
 
     Args:
-        diagnosed: paths with the SHA-256 of each table; empty where it is not known.
+        diagnosed: paths with the SHA-256 of each table; empty if it is not known.
         given: likewise.
 
     Raises:

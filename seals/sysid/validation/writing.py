@@ -216,7 +216,7 @@ def write_overlay(
         option: value of ``model=`` that takes it.
         content: of the file.
         robot: word of the command line that gives the robot, behind a blank.
-        given: the same and what is left out of the stated model; empty where the log describes its
+        given: the same and what is left out of the stated model; empty if the log describes its
             vehicle.
     """
     import yaml

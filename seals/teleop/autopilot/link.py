@@ -153,7 +153,9 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
         ConfigError: the address cannot be had.
     """
     if not 0 <= port < 1 << 16:
-        raise ConfigError(f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any")
+        raise ConfigError(
+            f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any free port"
+        )
     ear = socket.socket(socket.AF_INET, kind)
     try:
         if kind == socket.SOCK_STREAM:
