@@ -553,7 +553,7 @@ def _form(cls: Any) -> tuple[Mapping[str, Any], frozenset[str]]:
 
 
 def words(kind: Any, many: bool = False) -> str:
-    """Return what an annotation allows, in words.
+    """Return the values that an annotation allows, in words.
 
     Args:
         kind: annotation, see `read`.

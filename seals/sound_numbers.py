@@ -55,7 +55,7 @@ def arises_inside(error: BaseException) -> bool:
 
 
 def refuse_not_finite(odd: Sequence[str], where: str, advice: str) -> None:
-    """Refuse what computes with numbers that are not finite.
+    """Refuse components that compute with non-finite numbers.
 
     Args:
         odd: names of such numbers; none for sound ones.

@@ -115,7 +115,7 @@ class DaggerAgent(CloningAgent):
             rows[: self.stored] = kept
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Ignore demonstrations: the expert is asked in every state."""
+        """Ignore demonstrations: the expert is queried in every state."""
 
     def advise(self, action: Tensor) -> None:
         """Receive what the expert would do in the present states, shape (N, a)."""

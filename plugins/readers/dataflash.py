@@ -109,7 +109,7 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
             raise LogError(f"'{where}' holds more than {_MOST_MESSAGES:,} messages.\nCut it.")
     if strange > _MOST_STRANGE * end:
         raise LogError(
-            f"'{where}' is damaged: of {end:,} bytes {strange:,} or more belong to no message.\n"
+            f"'{where}' is damaged: at least {strange:,} of {end:,} bytes belong to no message.\n"
             "Download it from the vehicle again."
         )
     content = np.frombuffer(raw, dtype=np.uint8)

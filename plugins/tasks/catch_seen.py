@@ -53,7 +53,7 @@ class TaskCatchSeen(TaskCatch):
     behind: float = setting(0.7, "m", bounds=(0.0, 100.0), source="views of conf/env/catch_seen")
 
     def watcher(self) -> Watcher:
-        """Return what sees; see `seals.learn.task.SeeingTask`.
+        """Return the watcher; see `seals.learn.task.SeeingTask`.
 
         Raises:
             ConfigError: there is no such detector.

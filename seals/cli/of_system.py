@@ -51,7 +51,7 @@ def _of_file(error: OSError) -> ConfigError | None:
         return ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
     if error.filename and error.errno in _DENIED:
         return ConfigError(
-            f"{place} may not be read or written: {error.strerror}.\n"
+            f"{place} cannot be read or written: {error.strerror}.\n"
             "Choose another place, or change the permissions."
         )
     if error.errno in (errno.EIO, None):  # libraries leave the number out

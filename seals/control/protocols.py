@@ -299,7 +299,7 @@ class Controller(Protocol):
 
 
 class Goal(NamedTuple):
-    """Place that a guide is to bring the robot to, for the report of a run.
+    """Position to which a guide moves the robot, for the report of a run.
 
     Args:
         name: of the goal.
@@ -371,7 +371,7 @@ class Guide(Protocol):
         """Return the reference and the new state; ``memory`` is not modified."""
 
     def finished(self, memory: Any) -> bool | None:
-        """Return whether the task is done (True), given up (False) or goes on (None)."""
+        """Return whether the task is finished (True), aborted (False) or still running (None)."""
 
     def stage(self, memory: Any) -> str:
         """Return the name of the present stage, for the log and the screen."""

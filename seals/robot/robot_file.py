@@ -78,7 +78,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
 
 
 def robot_of(raw: Mapping[str, Any], folder: Path, *, name: str | None = None) -> RobotFile:
-    """Check what a ``robot.yaml`` says.
+    """Check the content of a ``robot.yaml``.
 
     Args:
         raw: its content as plain data.

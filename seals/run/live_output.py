@@ -28,7 +28,7 @@ class LiveOutput(Protocol):
         """
 
     def tick(self, world: World) -> None:
-        """Send the world after a step, and take what has arrived."""
+        """Send the state of the world after a step, and receive incoming messages."""
 
     def close(self) -> None:
         """Release connections and files."""

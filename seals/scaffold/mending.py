@@ -43,7 +43,7 @@ NO_AXIS, LAST_DIGIT = 1e-9, 1e-15
 
 
 def mended(robot: UrdfDraft, forward: str) -> list[str]:
-    """Change a URDF so that bodies can have its numbers, and return what was changed, in words.
+    """Replace impossible numbers of a URDF, and return the changes, in words.
 
     Args:
         robot: changed.

@@ -42,7 +42,7 @@ def without_strange_laws(motors: Sequence[Motor], weight: float, changes: list[s
 
 
 def flies(source: Takeover, medium: str) -> bool:
-    """Return whether propellers work in air: said so, or beside wings in air."""
+    """Return whether propellers work in air: stated, or implied by wings in air."""
     return medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
 
 

@@ -248,7 +248,7 @@ class HookCheck:
         self._require(
             least >= 0.0,
             f"{hook} returns a slope of {least:.2g}",
-            "Allowed: slopes from 0 on; an implicit step with negative slopes diverges.",
+            "Allowed: slopes of 0 or more; an implicit step with negative slopes diverges.",
         )
 
     def _check_power(self, hook: str) -> None:

@@ -249,7 +249,7 @@ def _check_delivery(
         f"loses {lost:.2f} of its readings with dropout={share}",
         "Return a reading whenever one is due; leave dropout to the world.",
     )
-    return {"share lost, of 0.25 declared": lost}
+    return {"share of readings lost (declared: 0.25)": lost}
 
 
 def _record(

@@ -363,7 +363,7 @@ def test_what_may_not_be_written_is_said_in_words(
     application(monkeypatch, execute)
     assert main(["run", f"robot={pebble}"]) == 2
     said = capsys.readouterr().err.splitlines()
-    assert said[0].endswith(f"'/theirs/x.hdf5' may not be read or written: {os.strerror(number)}.")
+    assert said[0].endswith(f"'/theirs/x.hdf5' cannot be read or written: {os.strerror(number)}.")
     assert "another place" in said[1]
 
 

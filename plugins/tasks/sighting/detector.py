@@ -73,7 +73,7 @@ class Detector(Protocol):
 
 
 class DetectorParts:
-    """Detector that is told: the true place wherever enough pixels of the animal are drawn.
+    """Detector that receives the true position wherever enough pixels of the animal are drawn.
 
     It makes the labels of what is learned, and is the control that says what pictures cost.
 

@@ -168,7 +168,7 @@ def open_server(host: str, port: int) -> Any:
         """The server, without the tunnel to a public address that a page could ask it for."""
 
         def request_share_url(self, verbose: bool = True) -> None:
-            """Share nothing: whom the page is open to is said by ``host``."""
+            """Share nothing: ``host`` determines who may open the page."""
 
     door = Door(host)
     # it greets in a table of its own

@@ -66,7 +66,7 @@ def _charts(study: Study) -> list[Chart]:
     ]
     clocks = {a.name: a.clock for a in study.arms if a.clock is not None}
     if len(clocks) == len(study.arms):
-        name = f"{terms.value} over time, each arm up to its fastest run"
+        name = f"{terms.value} over time, until the fastest run of each arm ends"
         out.append(_chart(study, clocks, name, "seconds of training"))
     return out
 

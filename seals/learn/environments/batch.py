@@ -121,7 +121,7 @@ class Environments:
         return self._observation(self._perceive(self._scene.now, None))
 
     def begin_anew(self, rows: Any) -> Any:
-        """Begin the episodes of some rows anew, bool (N,); return all observations."""
+        """Restart the episodes of the selected rows, bool (N,); return all observations."""
         if self._scene is None:
             self.reset()
         mask = as_like(np.asarray(rows, dtype=float), self.simulator.like) > 0.5

@@ -194,7 +194,7 @@ class TwinSimulator(BatchSimulator):
         return self.twin.merged(fresh, robots, ended)
 
     def instant(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         if self.machine is None:
             return self._look(robots, goal, action, start)
         found: Instant = self.machine[1](self._look, picked, robots, goal, action, start)

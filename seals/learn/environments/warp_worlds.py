@@ -246,7 +246,7 @@ class WalkingWorlds(WarpWorlds):
         self._forget(rows, self._gait.start())
 
     def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         import torch
 
         robot, span = self.worlds.first, self.physics_steps * self.step
@@ -437,7 +437,7 @@ class DivingWorlds(WarpWorlds):
         self._forget(rows, self._fresh(there))
 
     def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         self._look()
         position, rotation, velocity, spin = self._diver.base()
         target, _, drift, _ = self._prey.base()

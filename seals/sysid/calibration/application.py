@@ -119,7 +119,7 @@ _WIDTH = 160
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """Result of ``seals calibrate``: the calibration and what is derived from it.
+    """Result of ``seals calibrate``: the calibration and the results derived from it.
 
     Args:
         found: the calibration.

@@ -171,7 +171,7 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
 
 
 def allowed_peer(address: str | None) -> str | None:
-    """Return the address that an autopilot shall have, as it was told.
+    """Return the address of the autopilot as configured.
 
     Raises:
         ConfigError: it is not an address.
