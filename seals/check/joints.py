@@ -153,7 +153,9 @@ def _strength(robot: RobotModel, hold: Floats, limit: Floats) -> Iterator[RobotF
             "With a level arm in air they sag or move slowly; "
             "raise torque_limit, or reduce the mass of the arm."
         )
-        yield warned("servo strength", f"torque limit, of the torque by weight: {listed(weak)} N m", advice)
+        yield warned(
+            "servo strength", f"torque limit, of the torque by weight: {listed(weak)} N m", advice
+        )
     else:
         least = min(float(margin.min()), 999.0)
         yield passed("servo strength", f"at least {least:.3g} times the weight that it supports")

@@ -317,7 +317,7 @@ def pushing(joints: Joints, inputs: Any, params: Any) -> Array:
 @pytest.mark.parametrize(
     ("base", "name", "law", "words"),
     [
-        (Servos, "joint_drive", served, "joint_drive within its limit is .* away"),
+        (Servos, "joint_drive", served, "joint_drive within its limit differs by"),
         (Servos, "joint_drive", springy, "joint_drive returns a slope of -"),
         (JointFriction, "joint_resistance", pushing, "joint_resistance returns a slope of -"),
     ],

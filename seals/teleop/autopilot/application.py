@@ -44,7 +44,7 @@ def execute(config: Any) -> int | None:
         chosen = getattr(settings, kind)
         if not hasattr(chosen, needed):
             raise ConfigError(
-                f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
+                f"{kind}={type(chosen).__name__.lower()} cannot be used with an autopilot.\n"
                 f"Leave it out, or give {kind}={usual}"
             )
     if not settings.actuators:
