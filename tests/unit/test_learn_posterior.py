@@ -186,7 +186,7 @@ def test_what_was_found_on_the_root_link_is_known_by_its_name(tmp_path: Path) ->
     ("entry", "more", "words", "said"),
     [
         (wind(), {}, [], "it found wind, and the environment has no such effect"),
-        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "cannot be distinguished: breeze, gale"),
+        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "is ambiguous: breeze, gale"),
         ({**water_drag(), "link": 3}, {}, [], "quadratic_drag on link 3"),
         ({**water_drag(), "link": "fin"}, {}, [], "quadratic_drag on link fin"),
         (wind(), {"verdict": "nothing_missing"}, [WIND], "nothing is missing"),

@@ -95,7 +95,7 @@ def _text(frame: pd.DataFrame) -> None:
 
 BREAKS: dict[str, tuple[Callable[[pd.DataFrame], None], str]] = {
     "time backwards": (_backwards, "backwards"),
-    "time repeated": (_repeated, "repeat"),
+    "time repeated": (_repeated, "equal the preceding"),
     "time not finite": (_holes_in_time, "not finite"),
     "accelerometer in g": (_in_g, "looks like g"),
     "accelerometer in mg": (_in_milli_g, "looks like mg"),
@@ -181,10 +181,10 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "no t": (lambda p: _native(p, table=b"time,depth\n0,1\n"), "no time column"),
     "column twice": (lambda p: _native(p, table=b"t,depth,depth\n0,1,2\n"), "twice: depth"),
     "ragged": (lambda p: _native(p, table=b"t,depth\n0,1,2\n"), "cannot be read"),
-    "segment of halves": (lambda p: _native(p, table=b"t,segment\n0,0.5\n"), "whole number"),
+    "segment of halves": (lambda p: _native(p, table=b"t,segment\n0,0.5\n"), "an integer"),
     "only a header": (lambda p: _native(p, table=b"t,depth\n"), "no rows"),
     "meta empty": (lambda p: _native(p, meta=b""), "is empty"),
-    "meta a list": (lambda p: _native(p, meta=b"- 1\n- 2\n"), "holds a list"),
+    "meta a list": (lambda p: _native(p, meta=b"- 1\n- 2\n"), "contains a list"),
     "meta runs code": (lambda p: _native(p, meta=SCRIPT), "not plain YAML"),
     "meta too deep": (lambda p: _native(p, meta=b"[" * 100_000), "nested deeper"),
     "meta not UTF-8": (lambda p: _native(p, meta=b"a: \xff\n"), "not UTF-8"),

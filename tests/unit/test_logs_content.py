@@ -92,7 +92,7 @@ def test_the_content_decides(
         (BLACKBOX, "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"),
         (b"#ROSBAG V1.2\n", "rosbag migrate"),
         (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", r"Use the \.bin"),
-        (_zipped(), "Unpack it"),
+        (_zipped(), "Decompress it"),
         (bz2.compress(b"a" * 99), "bunzip2"),
         (lzma.compress(b"a" * 99), "unxz"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),

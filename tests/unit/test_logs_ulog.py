@@ -128,7 +128,7 @@ def test_any_field_is_mapped_with_its_unit(tmp_path: Path) -> None:
         ReaderUlog(columns={"tonk/gauge[0]": "depth"}).read(file)
     with pytest.raises(LogError, match="no field 'gauge'"):
         ReaderUlog(columns={"tank/gauge": "depth"}).read(file)
-    with pytest.raises(LogError, match="no sample of a channel"):
+    with pytest.raises(LogError, match="no sample of a known channel"):
         ReaderUlog().read(file)
 
 

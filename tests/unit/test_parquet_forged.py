@@ -57,15 +57,15 @@ ONE = zstandard.compress(bytes(8))
 BOMB = page(0, HUGE, zstandard.compress(bytes(1 << 20)), counted(2, ROWS))
 SOUND = page(0, 8, ONE, counted(2, 1))
 FORGED: dict[str, tuple[bytes, str]] = {
-    "a bomb": (BOMB, "unpack to"),
+    "a bomb": (BOMB, "decompress to"),
     "a bomb after a dictionary that counts as data": (
         page(2, 8, ONE, counted(2, ROWS), counted(2, 1)) + BOMB,
-        "unpack to",
+        "decompress to",
     ),
-    "a bomb after an index that counts as data": (page(1, 8, ONE, counted(2, ROWS)) + BOMB, "unpa"),
+    "a bomb after an index that counts as data": (page(1, 8, ONE, counted(2, ROWS)) + BOMB, "decompress"),
     "a bomb after a page of the second kind that counts as the first": (
         page(3, 8, ONE, counted(2, ROWS), counted(3, 1)) + BOMB,
-        "unpack to",
+        "decompress to",
     ),
     "a bomb after a count of more than 32 bits": (
         page(0, 8, ONE, counted(2, (1 << 32) + ROWS)) + BOMB,
@@ -95,10 +95,10 @@ FORGED: dict[str, tuple[bytes, str]] = {
     ),
     "a dictionary without a count": (page(2, 8, ONE) + SOUND, "without a valid header"),
     "a data page without a count": (page(0, 8, ONE), "without a valid header"),
-    "less than nothing": (page(0, -8, ONE, counted(2, ROWS)), "unpack to"),
+    "less than nothing": (page(0, -8, ONE, counted(2, ROWS)), "decompress to"),
     "a page of a negative length": (
         field(1, 0) + field(1, 8) + field(1, -60) + counted(2, 1) + b"\0",
-        "unpack to",
+        "decompress to",
     ),
     "structures without end": (b"\x1c" * 2000, "without a valid header"),
     "a list of a million": (b"\x19\xf5" + varint(1_000_000), "without a valid header"),

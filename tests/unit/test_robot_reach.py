@@ -74,7 +74,7 @@ def test_a_passive_axis_that_nothing_holds_level_is_told(tmp_path: Path) -> None
     """With its centre of gravity above that of buoyancy a passive pitch turns over."""
     found = looked(rov_folder(tmp_path / "r", LAYOUTS["six"], low=0.02))["axes"]
     assert found.verdict is Verdict.WARN
-    assert "level in pitch" in found.advice
+    assert "not stable in pitch" in found.advice
     right = looked(rov_folder(tmp_path / "s", LAYOUTS["six"]))["axes"]
     assert (right.verdict, right.found) == (
         Verdict.OK,

@@ -104,7 +104,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "other robot": (entry("world", "actors", value={"d": {}}), "its world has actors"),
     "other step": (entry("world", "step", value=0.1), "its world has step 0.1"),
     "no world": (entry("world", value=None), "its world has actors None"),
-    "other entries": (entry("more", value=1), "other entries"),
+    "different entries": (entry("more", value=1), "different entries"),
     "forged generator": (entry("snapshot", "random", "state", "inc", value=2), "random generator"),
     "steps and time": (entry("snapshot", "steps", value=7), "7 steps do not end at"),
     "steps before the start": (entry("snapshot", "steps", value=-5), "do not end at"),
@@ -174,7 +174,7 @@ def test_only_ordinary_files_of_the_folder_are_read(
         "folder": (kept / name).mkdir,
     }
     make[kind]()
-    with pytest.raises(ConfigError, match=r"an ordinary file|cannot be opened"):
+    with pytest.raises(ConfigError, match=r"a regular file|cannot be opened"):
         take_up(kept, flown)
 
 
