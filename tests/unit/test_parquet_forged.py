@@ -62,7 +62,10 @@ FORGED: dict[str, tuple[bytes, str]] = {
         page(2, 8, ONE, counted(2, ROWS), counted(2, 1)) + BOMB,
         "decompress to",
     ),
-    "a bomb after an index that counts as data": (page(1, 8, ONE, counted(2, ROWS)) + BOMB, "decompress"),
+    "a bomb after an index that counts as data": (
+        page(1, 8, ONE, counted(2, ROWS)) + BOMB,
+        "decompress",
+    ),
     "a bomb after a page of the second kind that counts as the first": (
         page(3, 8, ONE, counted(2, ROWS), counted(3, 1)) + BOMB,
         "decompress to",
