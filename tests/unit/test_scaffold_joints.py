@@ -188,7 +188,7 @@ def test_drives_of_a_rig_are_refused(tmp_path: Path) -> None:
         "<link name='thruster_1'/><joint name='t' type='fixed'><parent link='float'/>"
         "<child link='thruster_1'/></joint>"
     )
-    with pytest.raises(RobotError, match="joints to the world"):
+    with pytest.raises(RobotError, match="connected to the world"):
         taken(tmp_path, urdf(more=more))
 
 

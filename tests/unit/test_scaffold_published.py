@@ -56,7 +56,7 @@ def test_bicopter(tmp_path: Path) -> None:
     assert rotors.tilting == {"ccw_mot_link": "servo_1_joint", "cw_mot_link": "servo_0_joint"}
     assert new.limbs.grippers == {}
     assert new.limbs.arms == {}
-    assert "freed" in said(new)
+    assert "released" in said(new)
     # the box of 0.16 x 0.12 x 0.10 m that the inertia of its base is that of
     (box,) = new.hulls["base_link"].boxes
     np.testing.assert_allclose(np.sort(box.edges), [0.10, 0.12, 0.16], rtol=1e-3)

@@ -54,7 +54,7 @@ HOSTILE = {
     ),
     "many elements": (SDF.format("<link/>" * 210_000), "more than 200,000 elements"),
     "half a file": ('<sdf version="1.9"><model name="m">', "cannot be read as XML"),
-    "another format": ("<scene/>", "holds a <scene>"),
+    "another format": ("<scene/>", "contains a <scene>"),
     "an include elsewhere": (
         SDF.format("<include><uri>model://../../etc</uri></include>"),
         "not the name of a model beside it",
@@ -411,7 +411,7 @@ def test_packages_of_macros(tmp_path: Path) -> None:
     made = scaffold_robot("mine", file, parent=tmp_path / "here", packages=given)
     assert made.robot.mass.tolist() == [2.0]
     file.write_text(outer.format("/../secret/part.xacro"), encoding="utf-8")
-    with pytest.raises(Exception, match="lies elsewhere"):
+    with pytest.raises(Exception, match="it is elsewhere"):
         scaffold_robot("mine_2", file, parent=tmp_path / "here", packages=given)
 
 
