@@ -279,7 +279,7 @@ def test_the_words_of_a_strangers_sweep_set_values_alone(tmp_path: Path) -> None
     for word in ("hydra.launcher.setup=[rm]", "effects.a._target_=os.system"):
         note = {"verb": "run", "words": ["robot=ball", word]}
         (tmp_path / "sweep.json").write_text(json.dumps(note))
-        with pytest.raises(ConfigError, match="asks for"):
+        with pytest.raises(ConfigError, match="contains"):
             begun("run", [f"resume={tmp_path}"])
 
 
