@@ -23,14 +23,15 @@ ROWS, PAGE = ROOT / "benchmarks" / "paper.yaml", ROOT / "docs" / "paper.md"
 WORDS = {"yes": "**Y**", "partly": "partly", "no": "**no**"}
 HEAD = """# The paper, item by item
 
-Figures, tables, equations and claims of the AAM-SEALS paper ("Developing Aerial-Aquatic
-Manipulators in SEa, Air, and Land Simulator"), in its order: the command that does it here, where
-it is, a figure from there, and whether it is reached. Of {count} items {yes} are reached, {partly}
-partly, {no} not. `FILE`, `FOLDER` and `NAME` stand for yours.
+This page lists the figures, tables, equations and claims of the AAM-SEALS paper ("Developing
+Aerial-Aquatic Manipulators in SEa, Air, and Land Simulator") in its order. Each row states the
+command of SEALS, the page that shows the result, a figure from that page, and whether the item is
+reached. Of {count} items {yes} are reached, {partly} partly, {no} not. Replace `FILE`, `FOLDER` and
+`NAME` by your own.
 
-Written by `python benchmarks/paper.py` from `benchmarks/paper.yaml`; a test compares the two, and
-every command and link with what is there. `python benchmarks/paper.py --run` runs them again
-(days with the trainings; `--only check` for some, `--seconds 60` for the quick ones).
+The page is written by `python benchmarks/paper.py` from `benchmarks/paper.yaml`; a test compares
+the two, and checks every command and link. `python benchmarks/paper.py --run` runs the commands
+again (days with the trainings; `--only check` for some, `--seconds 60` for the fast ones).
 """
 TAIL = """
 ## Measured and simulated on one axis
@@ -42,8 +43,8 @@ TAIL = """
 $ seals compare experiment=impack_entry
 ```
 
-A hemisphere of the public IMpack data enters water at 4 m/s, which no fit has seen; 2 and 6 m/s
-were fitted. The AAM itself has not been built or dropped.
+A hemisphere of the public IMpack data enters water at 4 m/s, a speed that was not fitted; 2 and
+6 m/s were fitted. The AAM itself has not been built or dropped.
 """
 
 

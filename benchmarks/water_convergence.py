@@ -44,8 +44,8 @@ HEAD = """\
 
 Written by `python benchmarks/water_convergence.py --page` from the figures of its runs. Spacings
 are counted across the body. The value at spacing zero is that of a fit after Eça and Hoekstra
-(2014), with the band that holds the truth in nine cases of ten. Where no order between 0.5 and 2 is
-clear, the fit is of first order and its band three times the distance to the finest figure.
+(2014), with the band that contains the truth in nine cases of ten. If no order between 0.5 and 2 is
+clear, the fit is of first order and its band is three times the distance to the finest figure.
 """
 
 

@@ -162,7 +162,7 @@ def _writable(asked: Path, there: Path) -> Path:
     if not os.access(there, os.W_OK):
         raise ConfigError(
             f"--out {asked}: '{there}' may not be written.\n"
-            "Choose another place, or give yourself the right."
+            "Choose another place, or change the permissions."
         )
     return asked
 

@@ -96,7 +96,7 @@ def simulate(overrides: Sequence[str], out: str | Path) -> Log:
 
     folder = Path(out)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ConfigError(f"out={folder}: there is something already.\nGive a new folder.")
+        raise ConfigError(f"out={folder}: this folder or file already exists.\nGive a new folder.")
     config = compose(overrides)
     settings = build_run(config)
     (folder / ".hydra").mkdir(parents=True, exist_ok=True)

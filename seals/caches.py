@@ -47,7 +47,7 @@ def cache_folder(name: str) -> Path:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         said = " ".join(str(cause).split())
         print(
-            f"note: the cache '{name}' is kept for this process alone ({said}); "
+            f"note: the cache '{name}' is used only by this process ({said}); "
             f"{HOME}=FOLDER names a folder for it",
             file=sys.stderr,
         )
@@ -65,7 +65,7 @@ def use_private_compiler_cache() -> None:
 
 
 def kept(path: Path) -> bytes | None:
-    """Return what `keep` wrote to a file; None where it is absent or changed.
+    """Return what `keep` wrote to a file; None if it is absent or changed.
 
     Code that a disk has damaged would be run: its SHA-256 stands before it.
     """
@@ -127,7 +127,7 @@ def _private(base: Path, name: str) -> Path:
     base.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     above = base.parent.stat().st_mode
     if above & stat.S_IWOTH and not above & stat.S_ISVTX:
-        raise PermissionError(f"everybody can rename what lies in {base.parent}")
+        raise PermissionError(f"all users can rename files in {base.parent}")
     for folder in (base, base / name):
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
@@ -140,7 +140,7 @@ def _private(base: Path, name: str) -> Path:
             and folder != base
             and any(folder.iterdir())
         ):
-            raise PermissionError(f"others could write to {folder}; remove it")
+            raise PermissionError(f"other users could write to {folder}; remove it")
         if stat.S_IMODE(found.st_mode) & 0o077:
             folder.chmod(0o700)
     if not os.access(base / name, os.W_OK | os.X_OK):

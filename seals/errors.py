@@ -49,7 +49,7 @@ class DiskFull(SealsError):
 
 
 class OutOfMemory(SealsError):
-    """The memory is used up; what was finished before is complete."""
+    """The memory is exhausted; results that were finished before are complete."""
 
 
 class RobotError(SealsError):

@@ -89,7 +89,7 @@ def roles(
 
 @functools.cache
 def roles_of(cls: type) -> Mapping[str, Role | None]:
-    """Return the role of every field of a dataclass; None where it states none and needs one."""
+    """Return the role of every field of a dataclass; None if it states none and needs one."""
     known: Mapping[str, Role | None] | None = vars(cls).get(_KNOWN)
     if known is not None:
         return known

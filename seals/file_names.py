@@ -65,7 +65,7 @@ def checked_name(text: str, *, key: str) -> str:
     ):
         raise ConfigError(
             f"{key}={text:.80} cannot be part of a folder's name.\n"
-            "Allowed: letters, digits, '_', '-' and '.', not at the front."
+            "Allowed: letters, digits, '_', '-' and '.'; it may not begin with '-' or '.'."
         )
     return text
 

@@ -72,14 +72,16 @@ def read_isolated(reader: str, path: str | Path) -> Any:
             refused=functools.partial(_refused, path),
         )
         if done.returncode == _NO_MEMORY:
-            raise _refused(path, "it unpacks to more memory than a file of its size may take")
+            raise _refused(
+                path, "it decompresses to more memory than is allowed for a file of its size"
+            )
         if done.returncode:
             crash = f"its library crashes on it (code {done.returncode})"
             raise _refused(path, out_of_time(done.returncode, seconds) or crash)
         try:
             found = read_state(content, _KIND, most=MOST_BYTES)
         except StateError as cause:
-            raise _refused(path, f"its reader handed over nothing ({cause})") from cause
+            raise _refused(path, f"its reader returned nothing ({cause})") from cause
     if "content" not in found:
         # raise what a reader raised in the child
         from seals import errors
@@ -127,7 +129,7 @@ def run_bounded(
 def out_of_time(code: int, seconds: int) -> str:
     """Describe the end of a process by its limit of time; empty where it ended otherwise."""
     limit = (getattr(signal, "SIGXCPU", 0), signal.SIGKILL if os.name == "posix" else 0)
-    return f"it takes longer than {seconds} s of computing" if -code in limit else ""
+    return f"it takes longer than {seconds} s of processor time" if -code in limit else ""
 
 
 def _refused(path: str | Path, why: str) -> Exception:

@@ -176,7 +176,7 @@ class Drives(NamedTuple):
     Args:
         position: of the hubs [m], shape (n, 3).
         axis: direction of positive thrust, unit vectors [1], shape (n, 3).
-        radius: of the rotor discs, zero where there is none [m], shape (n,).
+        radius: of the rotor discs, zero if there is none [m], shape (n,).
         thrust: along the axes [N], shape (N, n).
         torque: reaction of the drive about the axes [N m], shape (N, n).
         speed: of rotors, as the medium and the motor leave it [rad/s], shape (N, n); None for

@@ -36,7 +36,7 @@ def read_picture(path: str | Path) -> NDArray[np.uint8]:
             width, height = image.size
             if width * height > MOST_PIXELS:
                 raise LogError(
-                    f"'{path}' declares {width} by {height} pixels, allowed are {MOST_PIXELS:,}.\n"
+                    f"'{path}' declares {width} by {height} pixels; the limit is {MOST_PIXELS:,}.\n"
                     "Remove it, and render or run again."
                 )
             return np.asarray(image.convert("RGB"))

@@ -189,7 +189,7 @@ def blame(fault: BaseException) -> BrokenPlugin | None:
     return BrokenPlugin(
         f"{plugin.kind} '{plugin.name}' ({plugin.value}) of {plugin.origin} failed: "
         f"{type(fault).__name__}: {_one_line(fault)} ({place}).\n"
-        "Correct it there, or leave it out; SEALS_DEBUG=1 shows the traceback"
+        "Correct it there, or do not use it; SEALS_DEBUG=1 shows the traceback"
     )
 
 
@@ -228,7 +228,7 @@ def refresh() -> None:
 
 @functools.cache
 def _declared(kind: str) -> Mapping[str, tuple[Plugin, ...]]:
-    refuse_unlisted(kind, GROUPS, f"there is no kind '{kind}'", label="Kinds")
+    refuse_unlisted(kind, GROUPS, f"'{kind}' is not a kind of plug-in", label="Kinds")
     found: dict[str, list[Plugin]] = {}
     for point in _points().select(group=GROUPS[kind]):
         name, version = _owner(point.dist)

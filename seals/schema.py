@@ -518,7 +518,7 @@ def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
     given = _mapping((str, Any), raw, where, extra)
     place = where.rstrip(":")
     for key in () if extra else [key for key in given if key not in hints]:
-        refuse_unlisted(key, hints, f"{place}: '{key}' is not known here")
+        refuse_unlisted(key, hints, f"{place}: '{key}' is not allowed here")
     values = {}
     for name, hint in hints.items():
         value = given.get(name)
@@ -553,7 +553,7 @@ def _form(cls: Any) -> tuple[Mapping[str, Any], frozenset[str]]:
 
 
 def words(kind: Any, many: bool = False) -> str:
-    """Return what an annotation allows, in words.
+    """Return the values that an annotation allows, in words.
 
     Args:
         kind: annotation, see `read`.

@@ -55,7 +55,7 @@ def arises_inside(error: BaseException) -> bool:
 
 
 def refuse_not_finite(odd: Sequence[str], where: str, advice: str) -> None:
-    """Refuse what computes with numbers that are not finite.
+    """Refuse components that compute with non-finite numbers.
 
     Args:
         odd: names of such numbers; none for sound ones.
@@ -128,7 +128,7 @@ def refuse_undefined(what: str, values: Iterable[float]) -> None:
     if not all(math.isfinite(value) for value in values):
         raise LogError(
             f"no {what} can be computed: readings, or the motion between them, are not finite.\n"
-            "Look at the channels of the log, or cut out the part that can be used."
+            "Check the channels of the log, or cut out a valid part with span=."
         )
 
 

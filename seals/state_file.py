@@ -71,7 +71,9 @@ def write_state(path: Path, kind: str, state: Any) -> None:
     about = {"kind": kind, "written_by": seals.__version__, "arrays": table, "state": data}
     text = json.dumps(about, allow_nan=False, separators=(",", ":")).encode("ascii")
     if len(text) > MOST_TEXT:
-        raise TypeError(f"beside its arrays it has {len(text):,} bytes, allowed are {MOST_TEXT:,}")
+        raise TypeError(
+            f"besides its arrays it has {len(text):,} bytes; the limit is {MOST_TEXT:,}"
+        )
     size = sum(_padded(x.nbytes) for x in arrays)
     head = _HEAD.pack(MAGIC, VERSION, len(text), size)
     digest = hashlib.blake2b(head, digest_size=_DIGEST)
@@ -112,7 +114,7 @@ def read_state(path: Path, kind: str, *, most: int = MOST_BYTES) -> Any:
             raise StateError(f"it has {size:,} bytes; this one has at most {most:,}")
         head = _read_head(file.read(_HEAD.size), size)
         if _digest_of(head, file) != file.read(_DIGEST):
-            raise StateError("its digest is another one: it was damaged or cut short")
+            raise StateError("its digest differs: it is damaged or truncated")
         try:
             return _READERS[head.version](file, head, kind)
         except RecursionError as cause:
@@ -141,15 +143,15 @@ def open_regular(path: Path) -> BufferedReader:
         raise StateError(f"it cannot be opened ({cause.strerror})") from cause
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise StateError("it is not an ordinary file")
+        raise StateError("it is not a regular file")
     return os.fdopen(descriptor, "rb")
 
 
 def _read_head(raw: bytes, size: int) -> _Head:
     if raw[:1] == b"\x80":
         raise StateError(
-            "it is a pickle, as SEALS wrote them before; whoever made one could have it run "
-            "commands, so that they are read no more"
+            "it is a pickle, as written by earlier versions of SEALS; such a file could run "
+            "commands, so it is not read"
         )
     if len(raw) < _HEAD.size or raw[: len(MAGIC)] != MAGIC:
         raise StateError("it is not a state written by SEALS")
@@ -205,7 +207,7 @@ def _arrays(table: Any, file: BufferedReader, held: int) -> list[np.ndarray]:
 def _declared(row: Any) -> tuple[np.dtype[Any], Any, tuple[int, ...], int]:
     dtype, order, shape = row
     if str(dtype) not in _DTYPES or str(order) not in ("C", "F"):
-        raise StateError(f"an array of '{str(dtype)[:40]}', which is no kind of number")
+        raise StateError(f"an array of '{str(dtype)[:40]}', which is not a numeric type")
     if len(shape) > 16 or any(type(n) is not int or not 0 <= n <= MOST_BYTES for n in shape):
         raise StateError(f"an array of shape {str(shape)[:80]}")
     return np.dtype(dtype), order, tuple(shape), math.prod(shape) * np.dtype(dtype).itemsize
@@ -236,7 +238,7 @@ def _refuse_number(word: str) -> Any:
 
 def _finite(word: str) -> float:
     if not math.isfinite(value := float(word)):
-        raise StateError(f"its JSON text holds {word[:40]}, which is no finite number")
+        raise StateError(f"its JSON text holds {word[:40]}, which is not a finite number")
     return value
 
 

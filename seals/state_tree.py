@@ -77,7 +77,7 @@ class _Packer:
     def _packed(self, value: Any, kind: type, depth: int) -> Any:
         others = kind is frozenset or (kind is dict and any(type(key) is not str for key in value))
         if others and len(value) > MOST_KEYS:
-            raise TypeError(f"it holds {len(value)} keys that are no text, at most {MOST_KEYS}")
+            raise TypeError(f"it holds {len(value)} keys that are not text, at most {MOST_KEYS}")
         if kind in (list, tuple, frozenset):
             parts = [self.pack(part, depth) for part in value]
             tags = {list: parts, tuple: {"t": parts}, frozenset: {"x": parts}}
@@ -99,7 +99,7 @@ class _Packer:
     def _number(self, value: Any) -> int:
         array = np.asarray(value)
         if array.dtype.kind not in KINDS:
-            raise TypeError(f"it holds an array of {array.dtype}, which is no kind of number")
+            raise TypeError(f"it holds an array of {array.dtype}, which is not a numeric type")
         found = self._numbers.get(id(value))
         if found is None:
             # the list holds the array, so that its identity is not given to another
@@ -146,7 +146,7 @@ def unpacked(data: Any, arrays: Sequence[np.ndarray], depth: int = 0) -> Any:
     ((mark, content),) = data.items()
     if mark in ("a", "s"):
         if type(content) is not int or not 0 <= content < len(arrays):
-            raise ValueError(f"it speaks of array {content}; there are {len(arrays)}")
+            raise ValueError(f"it refers to array {content}; there are {len(arrays)}")
         found = arrays[content]
         if mark == "s" and found.shape:
             raise ValueError(f"array {content} of shape {found.shape} stands for one number")
@@ -165,7 +165,7 @@ def _container(mark: str, content: Any, arrays: Sequence[np.ndarray], depth: int
     if mark not in ("t", "x", "m"):
         raise ValueError(f"an entry with the mark '{mark[:20]}'")
     if mark != "t" and len(_all_of(list, content)) > MOST_KEYS:
-        raise ValueError(f"{len(content)} keys that are no text, allowed are {MOST_KEYS}")
+        raise ValueError(f"{len(content)} keys that are not text; the limit is {MOST_KEYS}")
     parts = [unpacked(part, arrays, depth) for part in _all_of(list, content)]
     if mark == "m":
         return {key: value for key, value in parts}  # noqa: C416  pairs, or a ValueError
@@ -174,7 +174,7 @@ def _container(mark: str, content: Any, arrays: Sequence[np.ndarray], depth: int
 
 def _all_of(kind: type, value: Any) -> Any:
     if type(value) is not kind:
-        raise ValueError(f"a {type(value).__name__} stands where a {kind.__name__} belongs")
+        raise ValueError(f"a {type(value).__name__} is found instead of a {kind.__name__}")
     return value
 
 

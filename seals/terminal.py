@@ -59,7 +59,7 @@ class PlainStream:
 
 @contextlib.contextmanager
 def plain_streams() -> Iterator[None]:
-    """Replace the standard streams for a while; one that is closed swallows what is written."""
+    """Replace the standard streams temporarily; a closed one discards its output."""
     before = sys.stdout, sys.stderr
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         sys.stdout, sys.stderr = (

@@ -25,7 +25,7 @@ _MOST_NODES = 200_000
 _MOST_JSON_NODES = 2_000_000
 _DEEPEST = 40
 _DEEPEST_XML = 100
-_NUL = "a text holds the sign of number zero, which no name of a file can"
+_NUL = "a text contains the null character, which file names cannot contain"
 _LONGEST_NUMBER = 250
 """Most signs of a number in YAML: with as many, a hexadecimal one, too, still fits a float."""
 _MOST_DIGITS = 308
@@ -47,7 +47,7 @@ def regular_file(path: str | Path, *, most: int = MOST_BYTES) -> Path:
         status = file.stat()
     except FileNotFoundError as error:
         raise LogError(
-            f"'{file}' does not exist.\nGive the path of a file or folder that is there."
+            f"'{file}' does not exist.\nGive the path of an existing file or folder."
         ) from error
     except (OSError, ValueError) as error:
         raise LogError(f"'{path}' cannot be opened: {error}") from error
@@ -63,25 +63,24 @@ def unreadable(file: Path, error: OSError) -> LogError:
     Example:
         >>> print(unreadable(Path("a.csv"), PermissionError(13, "Permission denied")))
         'a.csv' cannot be read: Permission denied.
-        Make it readable for you, or give a copy that is.
+        Change its permissions, or give a readable copy.
     """
     return LogError(
         f"'{file}' cannot be read: {error.strerror or error}.\n"
-        "Make it readable for you, or give a copy that is."
+        "Change its permissions, or give a readable copy."
     )
 
 
 def _refuse_strange(file: Path, status: os.stat_result, most: int) -> None:
     if stat.S_ISDIR(status.st_mode):
-        raise LogError(f"'{file}' is a folder, a file is needed here.")
+        raise LogError(f"'{file}' is a folder, but a file is needed.")
     if not stat.S_ISREG(status.st_mode):
         raise LogError(
-            f"'{file}' is not an ordinary file (a pipe or a device, also behind a link, is not "
-            "read)."
+            f"'{file}' is not a regular file (pipes and devices, also behind links, are not read)."
         )
     if status.st_size > most:
         raise LogError(
-            f"'{file}' has {status.st_size:,} bytes, allowed are {most:,}.\n"
+            f"'{file}' has {status.st_size:,} bytes; the limit is {most:,}.\n"
             "Split it, or give another one."
         )
 
@@ -98,7 +97,7 @@ def _content(file: Path, most: int) -> bytes:
         if len(raw) > status.st_size:
             raw += stream.read(most + 1 - len(raw))
     if len(raw) > most:
-        raise LogError(f"'{file}' grows while it is read, allowed are {most:,} bytes.")
+        raise LogError(f"'{file}' grows while it is read; the limit is {most:,} bytes.")
     return raw
 
 
@@ -192,7 +191,7 @@ def _measure_json(raw: bytes) -> None:
 
 def _whole(text: str) -> int:
     if len(text) > _MOST_DIGITS:
-        raise ValueError(f"a number of {len(text):,} digits, allowed are {_MOST_DIGITS}")
+        raise ValueError(f"a number of {len(text):,} digits; the limit is {_MOST_DIGITS}")
     return int(text)
 
 
@@ -204,9 +203,9 @@ def _gunzip(file: Path, raw: bytes, most: int) -> bytes:
     except zlib.error as error:
         raise LogError(f"'{file}' is not a valid gzip file ({error}).") from error
     if unpacker.unconsumed_tail:
-        raise LogError(f"'{file}' unpacks to more than the allowed {most:,} bytes.")
+        raise LogError(f"'{file}' decompresses to more than the allowed {most:,} bytes.")
     if not unpacker.eof:
-        raise LogError(f"'{file}' is cut short: its gzip stream has no end.\nFetch it again.")
+        raise LogError(f"'{file}' is truncated: its gzip stream has no end.\nFetch it again.")
     return content
 
 
@@ -229,13 +228,13 @@ def read_yaml(path: str | Path) -> dict[str, Any]:
         reason = " ".join(str(error).split())[:200]
         raise LogError(
             f"'{file}' is not plain YAML: {reason}\n"
-            "Correct that line; allowed are numbers, text, lists and mappings."
+            "Correct that line; it may contain numbers, text, lists and mappings."
         ) from error
     if not isinstance(content, dict):
         kind = type(content).__name__
         raise LogError(
-            f"'{file}' must hold a mapping of names to values, it holds a {kind}.\n"
-            "Write one entry a line, NAME: VALUE."
+            f"'{file}' must contain a mapping of names to values, but contains a {kind}.\n"
+            "Write one entry per line, NAME: VALUE."
         )
     return content
 
@@ -247,7 +246,7 @@ def read_plain_yaml(path: Path) -> Any:
         OSError: it cannot be read.
         UnicodeDecodeError: it is not UTF-8.
         yaml.YAMLError: see `plain_yaml`.
-        LogError: it is not an ordinary file, or too large.
+        LogError: it is not a regular file, or too large.
     """
     return plain_yaml(_content(path, _MOST_META_BYTES).decode("utf-8"))
 
@@ -332,7 +331,7 @@ def _measure(events: Any) -> None:
 def _refuse_long_number(event: Any) -> None:
     """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
     if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
-        raise ValueError(f"a number of {len(event.value):,} digits, allowed are {_LONGEST_NUMBER}")
+        raise ValueError(f"a number of {len(event.value):,} digits; the limit is {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:
@@ -390,7 +389,7 @@ def plain_xml(text: str) -> ElementTree.Element:
         'a'
     """
     if "\0" in text or re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
-        raise ValueError("it declares a DOCTYPE or an ENTITY; such files can expand without end")
+        raise ValueError("it declares a DOCTYPE or an ENTITY; such files can expand without limit")
     parser: Any = ElementTree.XMLPullParser(("start", "end"))
     depth = count = 0
     root: ElementTree.Element | None = None

@@ -251,7 +251,7 @@ def _read(path: Path) -> Pictures:
         with zipfile.ZipFile(regular_file(path, most=_MOST_BYTES)) as packed:
             unpacked = sum(part.file_size for part in packed.infolist())
         if unpacked > _MOST_BYTES:
-            raise ValueError(f"{unpacked} bytes are unpacked, allowed are {_MOST_BYTES}")
+            raise ValueError(f"{unpacked} bytes are unpacked; the limit is {_MOST_BYTES}")
         with np.load(path, allow_pickle=False) as kept:
             found = Pictures(*(kept[name] for name in Pictures._fields))
         found.check()

@@ -127,7 +127,7 @@ def _sinking(grade: Grade) -> Outcome:
         early = found.time < EARLY
         rate = 2.0 * float(np.polyfit(found.time[early], found.height[early], 2)[0])
         exact = 9.81 * (1.0 / ratio - 1.0) / (1.0 + 0.5 / ratio)
-        what = f"ratio {ratio:g}: acceleration at first [m/s^2], error of g"
+        what = f"ratio {ratio:g}: initial acceleration [m/s^2], error of g"
         lines.append(Line(what, rate, exact, abs(rate - exact) / 9.81, 0.05))
         moved = float(found.height[-1]) - START
         if ratio == 1.0:
@@ -137,7 +137,7 @@ def _sinking(grade: Grade) -> Outcome:
             lines.append(Line("ratio 1: acceleration later [m/s^2], of g", rate, 0.0, error, 0.05))
         else:
             wrong = max(0.0, moved * np.sign(ratio - 1.0)) / shape.height
-            what = f"ratio {ratio:g}: way to the wrong side [m]"
+            what = f"ratio {ratio:g}: path in the wrong direction [m]"
             lines.append(Line(what, float(wrong), 0.0, float(wrong), 0.0))
             with_drag = _risen(ratio, shape.size[0], LASTS)
             what = f"ratio {ratio:g}: rise in {LASTS:g} s [m], against a drag coefficient of {DRAG}"
@@ -149,8 +149,8 @@ def _sinking(grade: Grade) -> Outcome:
         series=tuple(series),
     )  # fmt: skip
     remark = (
-        f"At first means the first {EARLY * 1e3:.0f} ms: then the layer of slow water that a "
-        "coarse lattice makes around the body has grown, and holds it back."
+        f"The initial acceleration is that in the first {EARLY * 1e3:.0f} ms: later the layer of "
+        "slow water that a coarse lattice causes around the body has grown and brakes it."
     )
     return Outcome(lines, [chart], count, spacing, across, "Archimedes", remark)
 

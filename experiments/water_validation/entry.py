@@ -216,10 +216,10 @@ def run(grade: Grade) -> Outcome:
             )
         )
     remark = (
-        f"The impactor's mass is not published; {MASS:g} kg is what makes the drag of the cone in "
-        "its cavity the textbook's (Guzevsky 1983), the same in six drops at two speeds. "
+        f"The mass of the impactor is not published; with {MASS:g} kg the drag of the cone in its "
+        "cavity equals the textbook value (Guzevsky 1983), in six drops at two speeds. "
         "Peaks are those of means over 1 ms, simulated and measured, in the first 20 ms. A step of "
-        "1 ms is 0.27 R of way at 6 m/s: by so much the depth of an impulse may be off there."
+        "1 ms corresponds to 0.27 R at 6 m/s, which is the uncertainty of the depth there."
     )
     return Outcome(lines, charts, count, d, across, "IMpack, CC BY-SA 4.0", remark)
 

@@ -66,7 +66,7 @@ def run(grade: Grade) -> Outcome:
     fit = lsq_linear(np.stack(columns, axis=1), eta[late].ravel()).x
     coming, going = float(np.hypot(*fit[:2])), float(np.hypot(*fit[2:4]))
     lines = [
-        relative("height of the coming wave [m]", 2.0 * coming, HEIGHT, 0.10),
+        relative("height of the incoming wave [m]", 2.0 * coming, HEIGHT, 0.10),
         Line("reflection", going / coming, 0.0, going / coming, 0.10),
     ]
     wave = eta[:, 4] - eta[late, 4].mean()

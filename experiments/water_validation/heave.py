@@ -92,11 +92,11 @@ def run(grade: Grade) -> Outcome:
         ),
     )  # fmt: skip
     remark = (
-        "Diameter, mass and period as quoted from the paper. Its curve is not available: heights "
-        "are those of potential flow with radiation (Cummins 1962, Hulme 1982), where a sphere "
-        "dropped from so high is near the validity of linear waves. It floats some millimetres "
-        "deeper than it should, and so starts from 1.05 drops over its rest. Waves come back "
-        "from the walls of this tank after half a second."
+        "Diameter, mass and period are quoted from the paper. Its curve is not available: the "
+        "reference is potential flow with radiation (Cummins 1962, Hulme 1982); with this height "
+        "of release the motion is near the limit of linear waves. The sphere floats a few "
+        "millimetres too deep and therefore starts from 1.05 times the drop above its rest. Waves "
+        "reflected by the walls of this tank return after half a second."
     )
     return Outcome(
         lines, [chart], found.particles, found.spacing, across,

@@ -14,7 +14,7 @@ from seals.report.figures import Chart, Series
 
 SIDE, HEIGHT, STEP = 0.3, 0.6, 0.004
 SOURCE = "exact: the weight of the water above"
-REMARK = "The largest errors are those of the layers on the floor; the uppermost is left out."
+REMARK = "The largest errors occur in the layers on the floor; the uppermost layer is excluded."
 GRAVITY, DENSITY = 9.81, 1000.0
 
 
@@ -98,10 +98,10 @@ def run(grade: Grade) -> Outcome:
     middle, mean, error, last = found.depth, found.pressure, found.error, found.energy
     off = abs(1.0 - found.height / HEIGHT)
     lines = [
-        Line("height by the centre of mass [m]", found.height, HEIGHT, off, 0.02),
+        Line("height from the centre of mass [m]", found.height, HEIGHT, off, 0.02),
         Line("largest error of the mean pressure, of that at the floor", error, 0.0, error, 0.02),
         Line("kinetic energy after 3 s, of m g H", last, 0.0, last, 1e-5, share=False),
-        relative("carried by the floor, of the weight", found.carried, 1.0, 0.02),
+        relative("load on the floor, relative to the weight", found.carried, 1.0, 0.02),
     ]
     charts = [
         Chart(

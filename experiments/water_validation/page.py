@@ -116,9 +116,9 @@ def _head(shown: Sequence[tuple[Case, dict[str, Any]]]) -> str:
     return (
         "# Validation of the particle water\n\n"
         "Written by `seals validate water`, case by case; each says how it was run. "
-        "Figures without a bar are published, not judged. What the water gets wrong of a "
-        "textbook's drag, found by the diagnosis: [water_drag_loop.md](water_drag_loop.md). "
-        "Why lines are missed: [water_misses.md](water_misses.md).\n\n" + "\n".join(rows) + "\n"
+        "Figures without an allowed error are reported but not judged. The error of the drag, as "
+        "identified by the diagnosis: [the loop on particle water](water_drag_loop.md). The causes "
+        "of missed requirements: [water_misses.md](water_misses.md).\n\n" + "\n".join(rows) + "\n"
     )
 
 
@@ -127,7 +127,7 @@ def _section(case: Case, r: dict[str, Any], pictures: Path) -> str:
     picture = f"![{case.title}]({pictures.name}/{name})\n" if (pictures / name).is_file() else ""
     facts = (
         f"`{r['command']}` ({r['machine']}): {r['particles']:,} particles of "
-        f"{r['spacing'] * 1e3:.3g} mm, {r['across']:.3g} across the length that matters; "
+        f"{r['spacing'] * 1e3:.3g} mm, {r['across']:.3g} across the reference length; "
         f"{r['seconds']} s. Reference: {r['source']}. {r['remark']}"
     )
     return f"## {case.title}\n\n{facts.strip()}\n\n{picture}"

@@ -251,10 +251,10 @@ def run(grade: Grade) -> Outcome:
     lines.append(relative(what, half.at(0.5), whole.at(0.5), 0.03))
     grid = axisymmetric.enter(None, CELLS, deepest=DEEPEST)
     for b in JUDGED:
-        what = f"{JUDGED_ACROSS} across: impulse at {b:g} R, grid of {CELLS} a radius"
+        what = f"{JUDGED_ACROSS} across: impulse at {b:g} R, grid of {CELLS} cells per radius"
         lines.append(relative(what, whole.at(b), float(np.interp(b, *grid)), None))
     for b in DRAGGED:
-        what = f"{JUDGED_ACROSS} across: drag about {b:g} R, C_s of 0.25 R of way"
+        what = f"{JUDGED_ACROSS} across: drag about {b:g} R, C_s over a path of 0.25 R"
         lines.append(relative(what, whole.drag(b), SPHERE_DRAG, None))
     lines += _cones(grade)
     depths = np.linspace(0.0, 0.5, 51)
@@ -276,9 +276,10 @@ def run(grade: Grade) -> Outcome:
     remark = (
         f"Constant {SPEED:g} m/s, speed of sound c {MACH:g} times that; no gravity. A substep is "
         f"{STEP:g} R of way, 0.6 d/c at 12 across: the longest that the solver allows, 3 d/c, "
-        "does not resolve the impact and is not judged here. A cone has a closed form until the "
-        "raised water is at its edge, 0.21 R, and no other bound than its cavity's drag beyond "
-        "(1.88 at 1 R): it is judged by ideal flow on a fine grid, and by drops."
+        "does not resolve the impact and is not judged here. For a cone there is a closed form "
+        "until "
+        "the raised water reaches its edge, 0.21 R, and beyond only the bound from the drag of its "
+        "cavity (1.88 at 1 R): it is judged by ideal flow on a fine grid, and by drops."
     )
     return Outcome(lines, [chart], last.particles, last.spacing, max(found), source, remark)
 
@@ -291,13 +292,15 @@ def _cones(grade: Grade) -> list[Line]:
         found = slam(across, grade, nose="cone", deepest=1.05)
         for b in (EDGE, 0.5, 1.0):
             judged = across == JUDGED_ACROSS and b == 1.0
-            what = f"{across} across: cone, impulse at {b:.2g} R, grid of {CELLS} a radius"
+            what = f"{across} across: cone, impulse at {b:.2g} R, grid of {CELLS} cells per radius"
             reference = float(np.interp(b, *grid))
             lines.append(relative(what, found.at(b), reference, 0.15 if judged else None))
         if across == JUDGED_ACROSS:
             what = f"{across} across: cone, impulse at 1 R, recorded drops [rho R^3 V]"
             lines.append(relative(what, found.at(1.0), CONE_DROPS, 0.15))
-    what = f"grid of {CELLS} a radius: cone, impulse at {EDGE:.2g} R, closed form [rho R^3 V]"
+    what = (
+        f"grid of {CELLS} cells per radius: cone, impulse at {EDGE:.2g} R, closed form [rho R^3 V]"
+    )
     lines.append(relative(what, float(np.interp(EDGE, *grid)), float(cone(EDGE)), None))
     return lines
 

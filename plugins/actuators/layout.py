@@ -93,5 +93,5 @@ def check_first(key: str, first: int) -> None:
     """
     if not 0 <= first <= 10_000:
         raise ConfigError(
-            f"{key}={str(first)[:20]} is not allowed.\nAllowed: 0 to 10,000, a column of drives."
+            f"{key}={str(first)[:20]} is not allowed.\nAllowed: 0 to 10,000, the column of a drive."
         )

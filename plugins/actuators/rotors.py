@@ -119,7 +119,8 @@ class Rotors(ActuatorOptions, Effect):
         self._direction = numbers("rotors.direction", self.direction, self.count)
         if np.any(np.abs(self._direction) != 1.0):
             raise ConfigError(
-                f"rotors.direction={self.direction} is not allowed.\nAllowed: 1 or -1 each."
+                f"rotors.direction={self.direction} is not allowed.\nAllowed: 1 or -1 for each "
+                "drive."
             )
         given = {name: getattr(self, name) for name in _SIGNS}
         given["spin_down"] = self.spin_down or self.time_constant

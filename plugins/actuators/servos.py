@@ -85,7 +85,7 @@ class Servos(Effect):
         "kg m^2",
         bounds=(0.0, 1e3),
         tolerance=0.0,
-        source="zero unless the vehicle states it",
+        source="zero unless stated for the vehicle",
         fit=False,
     )
     kp_each: list[float] = field(default_factory=list)

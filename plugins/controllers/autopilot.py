@@ -63,7 +63,7 @@ class AutopilotState(NamedTuple):
 @roles(data="sense priority")
 @dataclass(kw_only=True)
 class Autopilot(VehicleController):
-    """Autopilots of speed, heading and depth for a vehicle that goes where its nose points.
+    """Autopilots of speed, heading and depth for a vehicle that moves in the direction of its nose.
 
     The heading is that of the reference, the speed the size of its velocity, the climb that of its
     vertical part. Torques are made by thrusters and by fins: links under the effect ``lift`` that a
@@ -165,8 +165,8 @@ class Autopilot(VehicleController):
         return (
             f"controller=autopilot: {layout.drives} drives and fins of robot "
             f"'{self._plant.robot.name}' do not command {missing}.\n"
-            "It takes a thruster along the vehicle, and a rudder (a link under the effect lift "
-            "that a servo turns about its y axis, upright) or a second thruster beside it"
+            "It needs a thruster along the vehicle, and a rudder (an upright link with the effect "
+            "lift that a servo turns about its y axis) or a second thruster beside the first"
         )
 
     def start(self) -> AutopilotState:

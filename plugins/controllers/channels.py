@@ -147,7 +147,7 @@ class Channels(ControllerOptions):
         if np.any(self._low >= self._high):
             raise ConfigError(
                 f"controller.low={self.low} and high={self.high}: a range is empty.\n"
-                "Allowed: low below high; turn a channel round by controller.reverse"
+                "Allowed: low below high; reverse a channel by controller.reverse"
             )
         start = _spread("at_low", self.at_low or lowest, count)
         end = _spread("at_high", self.at_high or self._ceiling, count)
@@ -230,6 +230,6 @@ def _spread(key: str, values: Sequence[Any] | Floats, count: int) -> Floats:
     if given.shape not in ((count,), (1,)):
         raise ConfigError(
             f"controller.{key} has {given.size} entries, the robot has {count} outputs.\n"
-            "Allowed: one an output (the drives, then the joints), or one for all"
+            "Allowed: one for each output (the drives, then the joints), or one for all"
         )
     return np.array(np.broadcast_to(given, (count,)))

@@ -39,7 +39,7 @@ class StationState(NamedTuple):
         turn_sum: of the attitude error, body axes [rad s], shape (B, 3).
         drive: states of the thrusters as reckoned [N], shape (B, n).
         fresh: 1 before the first call, when the thrusters are taken to be where they are wanted.
-        joints: targets of the joints [rad or m], shape (J,); None where they are not its own.
+        joints: targets of the joints [rad or m], shape (J,); None if they are not its own.
     """
 
     sum: Array
@@ -144,7 +144,8 @@ class Station(VehicleController):
         return (
             f"controller=station: the {layout.drives} drives of robot '{self._plant.robot.name}' "
             f"do not command {missing}.\n"
-            "It takes surge, yaw, mostly sway and, unless the vehicle floats, heave; for a vehicle "
+            "It needs surge, yaw, usually sway and, unless the vehicle floats, heave; for a "
+            "vehicle "
             "that steers: controller=autopilot guide=los; for rotors that push upward: "
             "controller=cascade"
         )

@@ -26,7 +26,7 @@ _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e6),
     "tolerance": 0.15,
     "relative": True,
-    "source": "zero unless the vehicle states it",
+    "source": "zero unless stated for the vehicle",
 }
 _EYE = np.eye(6)[None]
 INSTANT = 1e-12
@@ -224,7 +224,7 @@ class AddedMass(Effect):
                 ]
             ),
             "added_mass",
-            "couplings small enough against mass_x ... inertia_z; "
+            "couplings small enough relative to mass_x ... inertia_z; "
             "reduce them or raise the diagonal.",
         )
 

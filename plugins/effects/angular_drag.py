@@ -17,7 +17,7 @@ _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e11),
     "tolerance": 0.15,
     "relative": True,
-    "source": "zero unless the vehicle states it",
+    "source": "zero unless stated for the vehicle",
 }
 
 

@@ -63,7 +63,7 @@ class Battery(Effect):
         18000.0, "A s", bounds=(1.0, 1e8), tolerance=900.0, source="chosen: 5 A h"
     )
     resistance: float = param(
-        0.02, "ohm", bounds=(0.0, 100.0), tolerance=0.005, source="chosen: 5 mohm a cell"
+        0.02, "ohm", bounds=(0.0, 100.0), tolerance=0.005, source="chosen: 5 mohm per cell"
     )
     charge: float = param(1.0, "1", bounds=(0.0, 1.0), tolerance=0.02, source="chosen: full")
     electronics: float = param(5.0, "W", bounds=(0.0, 1e5), tolerance=1.0, source="chosen")

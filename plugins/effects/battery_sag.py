@@ -53,7 +53,7 @@ class BatterySag(Effect):
     """
 
     sensitivity: float = param(
-        0.0, "1", bounds=(-5.0, 5.0), tolerance=0.05, source="zero unless the vehicle states it"
+        0.0, "1", bounds=(-5.0, 5.0), tolerance=0.05, source="zero unless stated for the vehicle"
     )
     full_voltage: float = param(
         16.8,
@@ -64,7 +64,7 @@ class BatterySag(Effect):
         fit=False,
     )
     exponent: float = param(
-        1.0, "1", bounds=(0.5, 2.0), tolerance=0.1, source="first order of a curve that bends"
+        1.0, "1", bounds=(0.5, 2.0), tolerance=0.1, source="first order of a nonlinear curve"
     )
     typical: float = param(
         0.1,

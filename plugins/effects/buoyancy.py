@@ -51,7 +51,11 @@ class Buoyancy(Effect):
     """
 
     volume_change: float = param(
-        0.0, "m^3", bounds=(-10.0, 10.0), tolerance=1e-5, source="zero: the hull's own volume rules"
+        0.0,
+        "m^3",
+        bounds=(-10.0, 10.0),
+        tolerance=1e-5,
+        source="zero: the volume of the hull applies",
     )
     medium: MediumKind = MediumKind.water
     links: list[str] = field(default_factory=lambda: ["*"])

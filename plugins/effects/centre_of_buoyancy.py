@@ -22,7 +22,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-1.0, 1.0),
     "tolerance": 0.001,
-    "source": "zero: the hull's own centroid rules",
+    "source": "zero: the centroid of the hull applies",
 }
 
 

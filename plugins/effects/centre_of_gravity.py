@@ -22,7 +22,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-1.0, 1.0),
     "tolerance": 0.0006,
-    "source": "zero: the link's own centre rules",
+    "source": "zero: the centre of the link applies",
 }
 
 

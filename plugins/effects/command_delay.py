@@ -41,7 +41,7 @@ class CommandDelay(Effect):
     """
 
     delay: float = param(
-        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay applies"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("command delay",)
     identification: ClassVar[Identification] = Identification(

@@ -12,7 +12,7 @@ from seals.motion import Drives, Inputs, Medium, Motion, Wrench
 from seals.schema import param
 from seals.sysid.residual_force.laws import FORCES, TORQUES, Scene
 
-_SOURCE = "zero: a term counts only when it is stated"
+_SOURCE = "zero: only stated terms act"
 _SIZE: dict[str, Any] = {"bounds": (-1e5, 1e5), "tolerance": 0.1, "source": _SOURCE}
 _PLACE: dict[str, Any] = {
     "bounds": (-1e5, 1e5),

@@ -57,7 +57,7 @@ class GroundEffect(Effect):
     """
 
     coefficient: float = param(
-        0.0, "1", bounds=(-3.0, 3.0), tolerance=0.2, source="zero unless the vehicle states it"
+        0.0, "1", bounds=(-3.0, 3.0), tolerance=0.2, source="zero unless stated for the vehicle"
     )
     ground_level: float = param(
         0.0, "m", bounds=(-1e4, 1e4), tolerance=0.0, source="chosen: world zero", fit=False

@@ -26,7 +26,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-1e3, 1e3),
     "tolerance": 0.0005,
-    "source": "zero: the link's own inertia rules",
+    "source": "zero: the inertia of the link applies",
 }
 _ANGULAR = np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])[None]
 

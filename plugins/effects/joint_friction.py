@@ -61,14 +61,14 @@ class JointFriction(Effect):
     """
 
     coulomb: float = param(
-        0.0, "N m", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless the vehicle states it"
+        0.0, "N m", bounds=(0.0, 1e3), tolerance=0.01, source="zero unless stated for the vehicle"
     )
     viscous: float = param(
         0.0,
         "N m s/rad",
         bounds=(0.0, 1e3),
         tolerance=0.01,
-        source="zero unless the vehicle states it",
+        source="zero unless stated for the vehicle",
     )
     threshold: float = param(
         0.05, "rad/s", bounds=(1e-4, 10.0), tolerance=0.0, source="chosen", fit=False

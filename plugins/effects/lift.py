@@ -53,7 +53,7 @@ class Lift(Effect):
         bounds=(-1e4, 1e4),
         tolerance=0.1,
         relative=True,
-        source="zero unless the vehicle states it",
+        source="zero unless stated for the vehicle",
     )
     attack_drag: float = param(
         0.0,
@@ -61,7 +61,7 @@ class Lift(Effect):
         bounds=(0.0, 1e4),
         tolerance=0.2,
         relative=True,
-        source="zero unless the vehicle states it",
+        source="zero unless stated for the vehicle",
         fit=False,
     )
     medium: MediumKind = MediumKind.water

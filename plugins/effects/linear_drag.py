@@ -16,7 +16,7 @@ _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e7),
     "tolerance": 0.08,
     "relative": True,
-    "source": "zero unless the vehicle states it",
+    "source": "zero unless stated for the vehicle",
 }
 
 

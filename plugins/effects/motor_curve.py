@@ -55,10 +55,10 @@ class MotorCurve(Effect):
     """
 
     offset: float = param(
-        0.0, "rad/s", bounds=(-1e3, 1e3), tolerance=0.0, source="zero: the stated curve rules"
+        0.0, "rad/s", bounds=(-1e3, 1e3), tolerance=0.0, source="zero: the stated curve applies"
     )
     slope_change: float = param(
-        0.0, "1", bounds=(-0.9, 2.0), tolerance=0.0, source="zero: the stated curve rules"
+        0.0, "1", bounds=(-0.9, 2.0), tolerance=0.0, source="zero: the stated curve applies"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("motor curve",)
     identification: ClassVar[Identification] = Identification(

@@ -69,7 +69,11 @@ class Payload(Effect):
     """
 
     mass: float = param(
-        0.0, "kg", bounds=(-100.0, 100.0), tolerance=0.01, source="zero: the link's own mass rules"
+        0.0,
+        "kg",
+        bounds=(-100.0, 100.0),
+        tolerance=0.01,
+        source="zero: the mass of the link applies",
     )
     position_x: float = param(0.0, "m", **_PLACE)
     position_y: float = param(0.0, "m", **_PLACE)

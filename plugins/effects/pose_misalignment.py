@@ -20,7 +20,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-0.3, 0.3),
     "tolerance": 0.02,
-    "source": "zero: markers lie along the body axes",
+    "source": "zero: markers are aligned with the body axes",
 }
 
 

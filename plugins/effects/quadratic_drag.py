@@ -39,7 +39,7 @@ _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e7),
     "tolerance": 0.08,
     "relative": True,
-    "source": "zero unless the vehicle states it",
+    "source": "zero unless stated for the vehicle",
 }
 _PLACE: dict[str, Any] = {**DRAWING, "bounds": (-1e3, 1e3)}
 
@@ -155,8 +155,8 @@ class DragQuadratic(Effect):
         """
         if self.form is not DragForm.per_axis and states_spread(self):
             raise ConfigError(
-                f"a spread needs form=per_axis; form={self.form.value} determines by itself "
-                "where the drag acts.\nLeave spread_x to spread_z out, or give form=per_axis."
+                f"a spread needs form=per_axis; form={self.form.value} already determines where "
+                "the drag acts.\nLeave spread_x to spread_z out, or give form=per_axis."
             )
 
     @classmethod

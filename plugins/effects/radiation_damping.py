@@ -15,7 +15,7 @@ _LIMITS: dict[str, Any] = {
     "bounds": (0.0, 1e6),
     "tolerance": 0.2,
     "relative": True,
-    "source": "zero unless the vehicle states it",
+    "source": "zero unless stated for the vehicle",
 }
 
 

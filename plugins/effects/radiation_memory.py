@@ -115,8 +115,8 @@ class RadiationMemory(Effect):
         ):
             raise ConfigError(
                 "radiation_memory.damping is not symmetric and positive definite: "
-                "waves would feed the motion.\n"
-                "Take the numbers that seals new hydrodynamics writes."
+                "waves would add energy to the motion.\n"
+                "Use the numbers that seals new hydrodynamics writes."
             )
 
     @property

@@ -60,7 +60,7 @@ class DragRotor(Effect):
     """
 
     coefficient: float = param(
-        0.0, "s/m", bounds=(-1.0, 1.0), tolerance=0.005, source="zero unless the vehicle states it"
+        0.0, "s/m", bounds=(-1.0, 1.0), tolerance=0.005, source="zero unless stated for the vehicle"
     )
     exponent: float = param(
         1.0, "1", bounds=(0.2, 2.0), tolerance=0.1, source="Mahony, Kumar, Corke 2012"

@@ -54,10 +54,14 @@ class RotorLag(Effect):
     """
 
     time_constant_change: float = param(
-        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.002, source="zero: the actuator's own lag rules"
+        0.0,
+        "s",
+        bounds=(-0.5, 0.5),
+        tolerance=0.002,
+        source="zero: the lag of the actuator applies",
     )
     asymmetry: float = param(
-        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.1, source="zero: rise and fall change alike"
+        0.0, "1", bounds=(-1.0, 1.0), tolerance=0.1, source="zero: rise and fall change equally"
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("rotor lag",)
     identification: ClassVar[Identification] = Identification(

@@ -45,7 +45,7 @@ class SensorDelay(Effect):
     """
 
     delay: float = param(
-        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay rules"
+        0.0, "s", bounds=(-0.5, 0.5), tolerance=0.0005, source="zero: the stated delay applies"
     )
     sensors: list[str] = field(default_factory=list)
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor delay",)

@@ -23,7 +23,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-3.2, 3.2),
     "tolerance": 0.003,
-    "source": "zero: the stated mounting rules",
+    "source": "zero: the stated mounting applies",
 }
 
 

@@ -14,7 +14,7 @@ from seals.schema import param
 _LIMITS: dict[str, Any] = {
     "bounds": (-10.0, 10.0),
     "tolerance": 0.005,
-    "source": "zero: the stated place is where it sits",
+    "source": "zero: it is mounted at the stated place",
 }
 _LEAST = 0.01
 """Offset that nobody calls a fault: places are stated to a centimetre [m]."""
@@ -22,7 +22,7 @@ _LEAST = 0.01
 
 @dataclass(kw_only=True)
 class SensorPlace(Effect):
-    """Inertial sensor beside its stated place: the arm adds to what the accelerometer reads.
+    """Inertial sensor beside its stated place: rotation changes the accelerometer reading.
 
     Equation:
         f = f_true + w' x d + w x (w x d), before misalignment, scale and bias; the gyroscope reads
@@ -58,7 +58,8 @@ class SensorPlace(Effect):
     accounts_for: ClassVar[tuple[str, ...]] = ("sensor place",)
     identification: ClassVar[Identification] = Identification(
         confounders=("centre_of_gravity", "sensor_misalignment"),
-        measurement="A ruler from the centre of gravity to the sensor would settle it.",
+        measurement="Measuring the distance from the centre of gravity to the sensor would "
+        "determine it.",
         words={"offset": "place of the inertial sensor"},
         compared=None,
     )

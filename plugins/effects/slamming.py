@@ -52,7 +52,7 @@ class Slamming(Effect):
         bounds=(0.0, 20.0),
         tolerance=0.2,
         relative=True,
-        source="zero unless the vehicle states it",
+        source="zero unless stated for the vehicle",
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ("slamming",)

@@ -42,7 +42,11 @@ class ThrustCoefficient(Effect):
     """
 
     relative_change: float = param(
-        0.0, "1", bounds=(-0.9, 5.0), tolerance=0.006, source="zero: the actuator's own map rules"
+        0.0,
+        "1",
+        bounds=(-0.9, 5.0),
+        tolerance=0.006,
+        source="zero: the map of the actuator applies",
     )
     accounts_for: ClassVar[tuple[str, ...]] = ("thrust coefficient",)
     identification: ClassVar[Identification] = Identification(

@@ -61,7 +61,8 @@ class ThrusterInflow(Effect):
         confounders=("linear_drag", "thrust_coefficient", "thruster_dead_zone"),
         resists=True,
         answers=True,
-        measurement="A pull at the bollard, against the thrust at speed, would distinguish them.",
+        measurement="A bollard-pull test, compared with the thrust at speed, would distinguish "
+        "them.",
         words={"coefficient": "loss of thrust by inflow"},
         compared=None,
     )

@@ -83,7 +83,7 @@ class Exchange(NamedTuple):
 @state_record
 @dataclass(frozen=True)
 class Snapshot:
-    """State of a solver, to be handed to ``restore``.
+    """State of a solver, to be passed to ``restore``.
 
     Args:
         arrays: copies, or arrays that the solver never writes to again, by name. Checkpoints write

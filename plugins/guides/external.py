@@ -46,7 +46,7 @@ class External:
         return Reference(yaw=situation.yaw), memory
 
     def finished(self, memory: Any) -> bool | None:
-        """Return True once the autopilot has gone."""
+        """Return True once the autopilot has disconnected."""
         return True if self._link is not None and self._link.ended else None
 
     def stage(self, memory: Any) -> str:

@@ -80,7 +80,7 @@ class Learned:
         strange = [name for name in asked if name not in KNOWN]
         if strange:
             raise ConfigError(
-                f"guide learned: the task of policy={self.policy} looks at '{strange[0]}'.\n"
+                f"guide learned: the task of policy={self.policy} observes '{strange[0]}'.\n"
                 f"Allowed: tasks of robots that walk, such as env=crab_walk."
             )
         self._task.bind(plant.robot)
@@ -91,8 +91,9 @@ class Learned:
             if given != wanted or self._policy.metadata["network"].get(kind) != len(wanted):
                 raise ConfigError(
                     f"policy={self.policy} was trained with {len(given)} numbers of {kind}; this "
-                    f"robot has {len(wanted)}, or others.\nTake the robot of its training, or "
-                    "train a policy for this one: seals train env=crab_walk robot=NAME"
+                    f"robot has {len(wanted)}, or different ones.\n"
+                    "Use the robot of its training, or train a policy for this one: seals train "
+                    "env=crab_walk robot=NAME"
                 )
         self.rate = float(self._task.rate)
 
@@ -105,7 +106,7 @@ class Learned:
         if not situation.phase.size:
             raise ConfigError(
                 "guide learned observes leg phases, which this controller does not have.\n"
-                "Say controller=gait or controller=cpg"
+                "Use controller=gait or controller=cpg"
             )
         still = (0.0,) * len(self._task.action_names)
         far = float(np.linalg.norm(self._goal(situation) - situation.position))

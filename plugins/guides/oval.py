@@ -52,7 +52,9 @@ class Oval:
     rate: float = setting(250.0, "Hz", bounds=(1.0, 1e4), source="chosen: every step")
     centre: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source="the surface")
     length: float = setting(2.0, "m", bounds=(0.0, 1e4), source="chosen: four robots long")
-    height: float = setting(1.6, "m", bounds=(0.0, 1e4), source="chosen: dry above, wet below")
+    height: float = setting(
+        1.6, "m", bounds=(0.0, 1e4), source="chosen: dry above, submerged below"
+    )
     direction: float = setting(0.0, "rad", bounds=(-6.3, 6.3), source="world x")
     period: float = setting(20.0, "s", bounds=(0.1, 1e5), source="chosen")
     laps: int = count(20, bounds=(1, 1_000_000))

@@ -22,7 +22,7 @@ CHOSEN = "chosen"
 
 @dataclass(kw_only=True)
 class Dagger:
-    """Behaviour cloning of an expert that says at every step what it would do (DAgger).
+    """Behaviour cloning of an expert that is queried at every step (DAgger).
 
     Equation:
         loss = mean over numbers of (tanh f(s) - a*)^2 over the states s that learner and expert
@@ -115,7 +115,7 @@ class DaggerAgent(CloningAgent):
             rows[: self.stored] = kept
 
     def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Ignore demonstrations: the expert is asked in every state."""
+        """Ignore demonstrations: the expert is queried in every state."""
 
     def advise(self, action: Tensor) -> None:
         """Receive what the expert would do in the present states, shape (N, a)."""

@@ -43,7 +43,7 @@ def random_shift(pixels: Tensor, *, most: int, generator: Generator) -> Tensor:
     )
 
 
-NOTHING = ": nothing is left to see.\nBlind means use_pixels=false and use_state=true."
+NOTHING = ": nothing is left to observe.\nA blind policy has use_pixels=false and use_state=true."
 CRITICS = ("same", "state")
 ENCODERS = ("one", "two")
 SEEN = "Yarats et al. 2021, arXiv 2107.09645"
@@ -117,7 +117,7 @@ class VisualSAC(SAC):
         need_torch()
         if spaces.pixels is None:
             raise ConfigError(
-                "learner visual_sac needs pictures, and this task shows none.\n"
+                "learner visual_sac needs pictures, but this task has none.\n"
                 "Choose an observation with pixels, or learner=sac"
             )
         return VisualSacAgent(self, spaces, device, seed)
@@ -157,7 +157,7 @@ class VisualSacAgent(SacAgent):
         self._remaining = _remaining_columns(spaces.names, learner.withheld)
         if self._remaining == [] and not learner.use_pixels:
             raise ConfigError(
-                f"learner.withheld takes all numbers, use_pixels=false the rest{NOTHING}"
+                f"learner.withheld removes all numbers, use_pixels=false the pictures{NOTHING}"
             )
         self._columns = (
             None if self._remaining is None else torch.tensor(self._remaining, device=device)

@@ -152,7 +152,7 @@ class LiveFoxglove:
 
     Args:
         rate: of poses, forces and plots [Hz]; readings come at the rates of their sensors.
-        speed: simulated seconds in one second of the clock, at most; 0 for no limit.
+        speed: simulated seconds per second of real time, at most; 0 for no limit.
         host: address to listen on; the default is open to this machine alone.
         port: to listen on, 0 for any that is free.
         origins: pages of the web that may listen; other programs may in any case.
@@ -197,7 +197,7 @@ class LiveFoxglove:
             self._gate = Gate(self.host, self.port, self.origins)
         except OSError as error:
             raise ConfigError(
-                f"live.host={self.host} live.port={self.port} cannot be listened on: "
+                f"live.host={self.host} live.port={self.port} cannot be opened: "
                 f"{error.strerror or error}.\n"
                 "End the other program there, or choose another: live.port=0"
             ) from error

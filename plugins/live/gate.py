@@ -23,7 +23,7 @@ _CHUNK = 1 << 16
 
 
 def refusal(head: bytes, listened: str, origins: Sequence[str]) -> str:
-    r"""Return why a request is refused; empty where it is admitted.
+    r"""Return why a request is refused; empty if it is admitted.
 
     A page of any site can have a browser open a WebSocket to this machine; the browser says in
     ``Origin`` where the page comes from. Programs say nothing there, or a scheme of their own.

@@ -253,7 +253,7 @@ class LiveRos2:
 
     Args:
         rate: of pose, frames and joints [Hz]; readings come at the rates of their sensors.
-        speed: simulated seconds in one second of the clock, at most; 0 for no limit.
+        speed: simulated seconds per second of real time, at most; 0 for no limit.
         domain: ROS_DOMAIN_ID.
         node: name of the node.
         namespace: of node and topics; empty for none.

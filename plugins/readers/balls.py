@@ -87,7 +87,7 @@ class ReaderBalls(ReaderPublished):
         try:
             picked = [[float(row[names.index(name)]) for name in _HEADER] for row in rows[1:]]
         except (TypeError, ValueError) as error:
-            raise LogError(f"{where} holds something else than numbers ({error}).") from error
+            raise LogError(f"{where} contains values that are not numbers ({error}).") from error
         table = np.asarray(picked, dtype=np.float64).reshape(-1, 3)
         if not np.isfinite(table).all():
             raise LogError(f"{where} holds a value that is not finite.")
@@ -112,7 +112,7 @@ def _read_sheets(path: Path) -> dict[str, list[tuple[Any, ...]]]:
         with zipfile.ZipFile(file) as archive:
             refuse_hollow(archive, file)
             if sum(item.file_size for item in archive.infolist()) > MOST_BYTES:
-                raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
+                raise LogError(f"'{file}' decompresses to more than {MOST_BYTES:,} bytes.")
         # opened as a stream: the suffix .xls belies an .xlsx, and openpyxl goes by the suffix
         with file.open("rb") as stream:
             book = openpyxl.load_workbook(stream, read_only=True, data_only=True)

@@ -69,7 +69,7 @@ class ReaderBetaflight(ReaderMapped):
         given, chosen = self.given(source), self.chosen()
         content = read_bytes(given)
         if content.startswith(BLACKBOX):
-            raise LogError(f"'{given}' is a log of Betaflight as recorded.\nDecode it: {DECODE}")
+            raise LogError(f"'{given}' is a raw log of Betaflight.\nDecode it: {DECODE}")
         skipped = _lines_before(content, given)
         titles = _titles(header(given, content, skip_lines=skipped))
         known = {name: ours for name in titles if (ours := _column(name)) is not None}
@@ -108,7 +108,7 @@ class ReaderBetaflight(ReaderMapped):
                 units[name], scale[name] = counts[stem]
                 if not scale[name]:
                     raise LogError(
-                        f"'{given}': '{name}' has no unit, its numbers are counts.\nDecode it so: "
+                        f"'{given}': '{name}' has no unit: its numbers are counts.\nDecode it by "
                         f"{DECODE}; or give reader.gyro_scale=1 reader.acc_1g=2048 (acc_1G of the "
                         "log)"
                     )
@@ -131,7 +131,7 @@ def _lines_before(content: bytes, given: Path) -> int:
             return number
     raise LogError(
         f"'{given}' is not a table of blackbox_decode: no line begins with loopIteration.\n"
-        f"A log of Betaflight becomes one: {DECODE}"
+        f"To make one from a log of Betaflight: {DECODE}"
     )
 
 

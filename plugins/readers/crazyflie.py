@@ -48,7 +48,7 @@ class _Cursor:
     def number(self, code: str) -> int:
         layout = struct.Struct("<" + code)
         if self.place + layout.size > len(self.content):
-            raise LogError(f"'{self.where}' is cut short inside its header.\nFetch it again.")
+            raise LogError(f"'{self.where}' is truncated inside its header.\nFetch it again.")
         (value,) = layout.unpack_from(self.content, self.place)
         self.place += layout.size
         return int(value)
@@ -56,7 +56,10 @@ class _Cursor:
     def text(self) -> str:
         end = self.content.find(b"\0", self.place, self.place + 256)
         if end < 0:
-            raise LogError(f"'{self.where}': a name in the header has no end: not a Crazyflie log.")
+            raise LogError(
+                f"'{self.where}': a name in the header is not terminated: this is "
+                "not a Crazyflie log."
+            )
         raw, self.place = self.content[self.place : end], end + 1
         if not raw or not raw.isascii():
             raise LogError(
@@ -92,8 +95,8 @@ def parse(
     sound = struct.unpack("<I", content[-4:])[0] == zlib.crc32(content[:-_CHECKSUM_BYTES])
     if not sound and not allow_truncated:
         raise LogError(
-            f"'{where}' is cut short or damaged: its checksum does not fit.\n"
-            "Fetch it again, or read what is there with allow_truncated=true."
+            f"'{where}' is truncated or damaged: its checksum does not match.\n"
+            "Download it again, or read the intact part with allow_truncated=true."
         )
     end = len(content) - _CHECKSUM_BYTES if sound else len(content)
     rows = _records(cursor, events, version=version, end=end, strict=sound)
@@ -141,7 +144,7 @@ def _records(
         rows[key].append((time, *event.layout.unpack_from(content, place + stamp.size)))
         place += stamp.size + event.layout.size
     if strict and place != end:
-        raise LogError(f"'{cursor.where}': byte {place} begins no known record.")
+        raise LogError(f"'{cursor.where}': byte {place} does not begin a known record.")
     return rows
 
 

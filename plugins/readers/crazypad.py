@@ -56,7 +56,7 @@ class ReaderCrazypad(ReaderPublished):
         if path.suffix != ".parquet":
             raise LogError(
                 f"'{path}' is not a table of a CrazyPAD flight.\n"
-                "Needed is the offline form, a .parquet file with t_s and command_1..4."
+                "The offline form is required, a .parquet file with t_s and command_1..4."
             )
         table = read_parquet(path)
         refuse_lacking(path, _NEEDED, table, "CrazyPAD flight")

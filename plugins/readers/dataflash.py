@@ -109,7 +109,7 @@ def parse(raw: bytes, *, where: str) -> dict[str, Messages]:
             raise LogError(f"'{where}' holds more than {_MOST_MESSAGES:,} messages.\nCut it.")
     if strange > _MOST_STRANGE * end:
         raise LogError(
-            f"'{where}' is damaged: of {end:,} bytes {strange:,} or more belong to no message.\n"
+            f"'{where}' is damaged: at least {strange:,} of {end:,} bytes belong to no message.\n"
             "Download it from the vehicle again."
         )
     content = np.frombuffer(raw, dtype=np.uint8)
@@ -291,7 +291,7 @@ def _column(messages: Messages, name: str, topic: str) -> Floats:
     refuse_unlisted(name, messages.letters, f"'{topic}' has no field '{name}'", error=LogError)
     values = messages.column(name)
     if values.dtype.kind != "f" or values.ndim != 1:
-        raise LogError(f"'{topic}/{name}' holds text or lists; a number is needed.")
+        raise LogError(f"'{topic}/{name}' contains text or lists; a number is needed.")
     return values
 
 

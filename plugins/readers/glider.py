@@ -48,7 +48,7 @@ class ReaderGlider(ReaderPublished):
         """Return the flight."""
         table = read_npy(path)
         if table.ndim != 2 or table.shape[0] != 6 or table.shape[1] < 2:
-            raise LogError(f"'{path}' has shape {table.shape}, needed is (6, samples).")
+            raise LogError(f"'{path}' has shape {table.shape}, but (6, samples) is required.")
         time, pressure, pitch, ballast, density, speed = table
         pascal = to_si(pressure, "bar")
         columns = {

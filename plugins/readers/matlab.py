@@ -55,7 +55,7 @@ class ReaderMatlab(ReaderMapped):
         if clock not in there:
             raise LogError(
                 f"'{given}': no array is mapped to the time 't' [s].\n"
-                "Say which: columns={NAME: t, ...}. " + suggestion("t", there, label="Arrays there")
+                "Name it: columns={NAME: t, ...}. " + suggestion("t", there, label="Arrays there")
             )
         rows = there[clock]
         for theirs in self.columns:

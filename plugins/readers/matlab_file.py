@@ -51,7 +51,7 @@ def arrays_of(path: Path) -> dict[str, Any]:
         if len(found) > _MOST_NAMES or total > _MOST_VALUES:
             raise LogError(
                 f"'{path}' holds more than {_MOST_NAMES:,} columns or {_MOST_VALUES:,} values.\n"
-                "Save what is needed: save('log.mat', 't', 'gyro')"
+                "Save only the required arrays: save('log.mat', 't', 'gyro')"
             )
     return {**found, "": left_out[:20]}
 

@@ -33,7 +33,7 @@ def messages(
         present: receives every topic met and its type.
 
     Raises:
-        LogError: it is not an MCAP file, is damaged, or unpacks to more than it may.
+        LogError: it is not an MCAP file, is damaged, or decompresses to more than it may.
         MissingExtra: the package for MCAP is absent.
     """
     file = regular_file(path, most=MOST_BYTES)
@@ -121,8 +121,9 @@ def _records(stream: Any, file: Path) -> Iterator[Any]:
         total += len(data)
         if total > most:
             raise LogError(
-                f"'{file}' unpacks to more than {most:,} bytes, which is more than a file of its "
-                "size may.\nCut it."
+                f"'{file}' decompresses to more than {most:,} bytes, which is more than is "
+                "allowed for "
+                "a file of its size.\nCut it."
             )
         yield from breakup_chunk(dataclasses.replace(record, compression="", data=data))
 
@@ -142,7 +143,7 @@ def unpacked(
         ValueError: it declares too much or another size, or is damaged.
     """
     if size > _MOST_RECORD:
-        raise ValueError(f"a chunk declares {size:,} bytes, allowed are {_MOST_RECORD:,}")
+        raise ValueError(f"a chunk declares {size:,} bytes; the limit is {_MOST_RECORD:,}")
     if packing and packing not in unpackers:
         raise ValueError(f"compression '{packing[:16]}' is not known")
     raw = unpackers[packing](raw, size) if packing else raw

@@ -40,7 +40,7 @@ class ReaderNative:
         if not given:
             raise LogError(
                 "log is not given.\n"
-                "The native reader takes a log folder: log=FOLDER, in Python path=FOLDER."
+                "The native reader needs a log folder: log=FOLDER, in Python path=FOLDER."
             )
         place = Path(given)
         holds_table = any((place / name).exists() for name in (*TABLES, "meta.yaml"))

@@ -64,7 +64,7 @@ class ReaderPendulum(ReaderPublished):
             if part.ndim != 2 or part.shape[0] != 2 or part.shape[1] != time.size:
                 raise LogError(
                     f"'{path}': a segment has {time.size} times and data of shape {part.shape}, "
-                    "needed is (2, times)."
+                    "but (2, times) is required."
                 )
         angle, rate = np.concatenate(values, axis=1)
         return self.described(
@@ -100,4 +100,4 @@ def _segments(path: Path, content: dict[str, Any], key: str) -> list[Floats]:
     try:
         return [np.asarray(cell, dtype=np.float64) for cell in cells.ravel()]
     except (TypeError, ValueError) as error:
-        raise LogError(f"'{path}': '{key}' does not hold numbers ({error}).") from error
+        raise LogError(f"'{path}': '{key}' does not contain numbers ({error}).") from error

@@ -52,9 +52,9 @@ def _storages(place: Path) -> list[Path]:
         return [place]
     content = read_yaml(place / "metadata.yaml").get("rosbag2_bagfile_information")
     if not isinstance(content, dict):
-        raise LogError(f"'{place / 'metadata.yaml'}' describes no rosbag2.")
+        raise LogError(f"'{place / 'metadata.yaml'}' does not describe a rosbag2.")
     if str(content.get("compression_mode") or "none").lower() != "none":
-        raise LogError(f"'{place}' is packed.\nUnpack it: ros2 bag convert")
+        raise LogError(f"'{place}' is packed.\nDecompress it: ros2 bag convert")
     names = content.get("relative_file_paths")
     if not isinstance(names, list) or not names or len(names) > _MOST_FILES:
         raise LogError(f"'{place / 'metadata.yaml'}' names no files.")
@@ -143,7 +143,7 @@ def _topic(
     for stamp, size, data in base.execute(query, (_MOST_MESSAGE, number)):
         if not isinstance(stamp, int) or not isinstance(data, bytes):
             raise LogError(
-                f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp, allowed are "
+                f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp; the limit is "
                 f"{_MOST_MESSAGE:,} bytes."
             )
         yield Message(*topic, stamp, data)
@@ -179,7 +179,7 @@ def _rosbag1_messages(path: Path, wants: Wants, present: dict[str, str]) -> Iter
         present: receives every topic met and its type.
 
     Raises:
-        LogError: it is no bag, is damaged, or unpacks to more than it may.
+        LogError: it is no bag, is damaged, or decompresses to more than it may.
         MissingExtra: the package for chunks packed with lz4 is absent.
     """
     file = regular_file(path, most=MOST_BYTES)
@@ -211,7 +211,7 @@ def _taken(header: dict[str, bytes], data: bytes, state: _State) -> Iterator[Mes
         raw = unpacked(data, size, "" if plain else packing, {"bz2": _bz2, "lz4": unpacked_lz4})
         state.unpacked += len(raw)
         if state.unpacked > state.most:
-            raise ValueError(f"it unpacks to more than {state.most:,} bytes")
+            raise ValueError(f"it decompresses to more than {state.most:,} bytes")
         for inner, part in _parts(raw):
             if inner.get("op") != bytes([_CHUNK]):
                 yield from _taken(inner, part, state)
@@ -256,7 +256,7 @@ def _records(stream: BinaryIO, left: int) -> Iterator[tuple[dict[str, bytes], by
             if size > left:
                 return
             if size > most:
-                raise ValueError(f"a record declares {size:,} bytes, allowed are {most:,}")
+                raise ValueError(f"a record declares {size:,} bytes; the limit is {most:,}")
             parts.append(stream.read(size))
             left -= size
         yield _fields(parts[0]), parts[1]

@@ -144,7 +144,7 @@ def _member(found: Any, name: str, path: str, where: str) -> Any:
 
 def _entry(found: Any, index: int, path: str, where: str) -> Any:
     if isinstance(found, str | bytes) or not hasattr(found, "__getitem__"):
-        raise LogError(f"{where}: '{path}' counts entries of a value that is not a list.")
+        raise LogError(f"{where}: '{path}' indexes a value that is not a list.")
     try:
         return found[index]
     except (IndexError, KeyError) as error:

@@ -35,7 +35,7 @@ def by_topic(chosen: ColumnMap) -> dict[str, dict[str, str]]:
         if not topic or not field:
             raise LogError(f"columns: '{key}' names no field.\nWrite TOPIC/FIELD: column.")
         if column in ("t", "segment"):
-            raise LogError(f"columns: '{key}' cannot be '{column}': it comes from the stamps.")
+            raise LogError(f"columns: '{key}' cannot be '{column}': it comes from the time stamps.")
         found.setdefault(topic, {})[field] = column
     chosen.refuse_stray()
     return found

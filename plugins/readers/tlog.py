@@ -117,13 +117,13 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
     if strange > _MOST_STRANGE * end or len(places) == _MOST_KINDS:
         raise LogError(
             f"'{where}' is damaged: {strange:,} of {end:,} bytes belong to no packet.\n"
-            "Take the file as the ground station wrote it."
+            "Use the original file of the ground station."
         )
     return _joined(np.frombuffer(raw, dtype=np.uint8), places, known)
 
 
 def _size(raw: bytes, place: int) -> int:
-    """Return the length of a time and the packet behind it; zero where there is none."""
+    """Return the length of a time and the packet behind it; zero if there is none."""
     start = place + _STAMP
     header = _HEADER.get(raw[start])
     if header is None or not _looks_like(raw[place : start + 3]):
@@ -376,7 +376,7 @@ def _all_stamps(samples: Mapping[str, Packets], *, own: bool) -> dict[str, NDArr
 
 
 def _own(rows: NDArray[Any]) -> NDArray[np.int64] | None:
-    """Return the stamps that a message states [us]; None where it states none."""
+    """Return the stamps that a message states [us]; None if it states none."""
     names = rows.dtype.names or ()
     for name, micro in (("time_boot_ms", 1000), ("time_usec", 1)):
         if name in names:

@@ -87,8 +87,9 @@ def _parse(raw: bytes, *, where: str) -> dict[tuple[str, int], Samples]:
         start = stop
     if state.strange > state.known // 10:
         raise LogError(
-            f"'{where}' is damaged: {state.strange} of {state.strange + state.known} messages are "
-            "of no known kind.\nCopy it from the card again."
+            f"'{where}' is damaged: {state.strange} of {state.strange + state.known} messages "
+            "are of "
+            "unknown type.\nCopy it from the card again."
         )
     found = {}
     for number, pieces in state.payload.items():
@@ -104,7 +105,7 @@ def _appended(raw: bytes, where: str) -> list[int]:
         return []
     flags = raw[_HEADER + 11 : _HEADER + 19]
     if flags[0] & ~1 or any(flags[1:]):
-        raise LogError(f"'{where}' is a ULog of a newer kind (flags {flags.hex()}).")
+        raise LogError(f"'{where}' is a ULog of a newer version (flags {flags.hex()}).")
     offsets = struct.unpack_from("<3Q", raw, _HEADER + 19)
     return sorted({place for place in offsets if _HEADER < place < len(raw)} if flags[0] else ())
 

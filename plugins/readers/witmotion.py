@@ -36,7 +36,7 @@ _CLOCKS = ("%Y-%m-%d %H:%M:%S.%f", "%H:%M:%S.%f", "%Y/%m/%d %H:%M:%S.%f", "%H:%M
 @roles(data="axes meta name licence", read="path")
 @dataclass(kw_only=True)
 class ReaderWitmotion:
-    """Text files of WitMotion sensors (WT901 and its relatives), as their programs write them.
+    """Text files of WitMotion sensors (WT901 and similar), as written by their programs.
 
     Channels:
         ``specific_force_x/y/z``, ``angular_velocity_x/y/z``; ``orientation_w/x/y/z`` where the file
@@ -142,7 +142,7 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
         if heading:
             if taken and list(heading) != list(taken):
                 raise LogError(
-                    f"'{where}', line {place + 1}: another heading.\nCut the file there."
+                    f"'{where}', line {place + 1}: a second heading.\nCut the file there."
                 )
             taken, split, number = heading, delimiter, number + 1
             continue
@@ -153,7 +153,9 @@ def _rows(text: str, where: str) -> tuple[list[str], list[list[str]], list[int]]
             if place == len(lines) - 1:
                 # the last line of a recording that was cut off
                 break
-            raise LogError(f"'{where}', line {place + 1} has {len(words)} values, too few.")
+            raise LogError(
+                f"'{where}', line {place + 1} has {len(words)} values, which are too few."
+            )
         rows.append([words[k] for k in taken.values()])
         segment.append(number)
     if not rows:

@@ -53,11 +53,11 @@ class SensorBatteryMeter(Instrument):
     rate: float = setting(10.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     voltage_noise: float = param(0.01, "V", bounds=(0.0, 100.0), tolerance=0.01, source="chosen")
     voltage_bias: float = param(0.0, "V", bounds=(-100.0, 100.0), tolerance=0.05, source="chosen")
-    voltage_step: float = setting(0.0146, "V", bounds=(0.0, 100.0), source="12 bit over 60 V")
+    voltage_step: float = setting(0.0146, "V", bounds=(0.0, 100.0), source="12 bits over 60 V")
     current_noise: float = param(0.05, "A", bounds=(0.0, 1e3), tolerance=0.05, source="chosen")
     current_bias: float = param(0.0, "A", bounds=(-1e3, 1e3), tolerance=0.1, source="chosen")
     current_error: float = param(0.0, "1", bounds=(-0.9, 0.9), tolerance=0.02, source="chosen")
-    current_step: float = setting(0.0293, "A", bounds=(0.0, 1e3), source="12 bit over 120 A")
+    current_step: float = setting(0.0293, "A", bounds=(0.0, 1e3), source="12 bits over 120 A")
 
     def bind(self, outfit: RobotEquipment) -> None:
         """Refuse a robot without a battery.

@@ -82,9 +82,9 @@ class SensorCamera(PicturingSensor):
     def __post_init__(self) -> None:
         """Refuse unknown kinds of images, and check the lens."""
         for name in self.what:
-            refuse_unlisted(name, WHAT, f"a camera does not give '{name}'", label="Images")
+            refuse_unlisted(name, WHAT, f"a camera does not provide '{name}'", label="Images")
         if not self.what:
-            raise ConfigError(f"a camera gives no images: what=[].\n{suggestion('', WHAT)}")
+            raise ConfigError(f"a camera provides no images: what=[].\n{suggestion('', WHAT)}")
         self.mount = Mount("camera", self.position, self.rpy)
         self.lens = Lens(
             width=self.width,

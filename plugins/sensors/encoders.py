@@ -53,7 +53,7 @@ class SensorEncoders(Instrument):
     joints: list[str] = field(default_factory=list)
     rate: float = setting(100.0, "Hz", bounds=(0.01, 1e5), source="chosen")
     resolution: float = setting(
-        0.001534, "rad or m", bounds=(0.0, 10.0), source="AS5600: 4096 counts a turn"
+        0.001534, "rad or m", bounds=(0.0, 10.0), source="AS5600: 4096 counts per turn"
     )
     noise: float = param(0.0, "rad or m", bounds=(0.0, 10.0), tolerance=0.001, source="chosen")
     bias: float = param(0.0, "rad or m", bounds=(-10.0, 10.0), tolerance=0.005, source="chosen")

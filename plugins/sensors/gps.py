@@ -56,7 +56,7 @@ class SensorGps(Instrument):
         {'gps_position': 3, 'gps_velocity': 3}
     """
 
-    rate: float = setting(5.0, "Hz", bounds=(0.01, 1e3), source="chosen: M8 goes to 10 Hz")
+    rate: float = setting(5.0, "Hz", bounds=(0.01, 1e3), source="chosen: M8 allows 10 Hz")
     noise: float = param(0.3, "m", bounds=(0.0, 1e3), tolerance=0.2, source="chosen")
     noise_up: float = param(0.6, "m", bounds=(0.0, 1e3), tolerance=0.4, source="chosen: twice")
     drift: float = param(2.1, "m", bounds=(0.0, 1e3), tolerance=0.5, source=_CEP)

@@ -85,7 +85,7 @@ class SensorLidar(PicturingSensor):
         if self.points * self.rings > MOST_RAYS or self.sectors > self.points:
             raise ConfigError(
                 f"lidar: points={self.points} in rings={self.rings}, sectors={self.sectors}.\n"
-                f"Allowed: {MOST_RAYS:,} together, and as many sectors as points."
+                f"Allowed: {MOST_RAYS:,} together, and at most as many sectors as points."
             )
         check_order(self, "nearest", "farthest", where="lidar")
         self.mount = Mount("lidar", self.position, self.rpy)

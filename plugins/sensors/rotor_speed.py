@@ -66,7 +66,7 @@ class SensorRotorSpeed(Instrument):
         if not outfit.rotors:
             raise ConfigError(
                 "sensor rotor_speed: the robot has no rotors.\n"
-                "Thrusters report no speed; leave it out."
+                "Thrusters report no speed; remove the sensor."
             )
         self._rotors = outfit.rotors
 

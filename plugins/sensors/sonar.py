@@ -174,7 +174,7 @@ class SensorSonar(PicturingSensor):
             raise ConfigError(
                 f"sonar: beams={self.beams}, bins={self.bins} and rays={self.rays} in {count:,} "
                 f"columns of a quarter of beam_width are {tables:,} values.\n"
-                f"Allowed: {MOST_RAYS:,}; take fewer, a narrower sector or wider beams."
+                f"Allowed: {MOST_RAYS:,}; use fewer, a narrower sector or wider beams."
             )
         self.columns, self.step = count, min(2.0 * self.vertical_width, math.pi) / self.rays
         psi = widest * (1.0 - (2.0 * np.arange(count) + 1.0) / count)

@@ -85,7 +85,7 @@ class SensorUsbl(Instrument):
             refuse_unlisted(
                 self.target,
                 felt.others,
-                f"an usbl asks for '{self.target}', which is not in the scene",
+                f"usbl needs the target '{self.target}', which is not in the scene",
                 label="Objects",
             )
         there = felt.others[self.target] if self.target else np.asarray(self.place, dtype=float)

@@ -232,7 +232,7 @@ class TaskCatch(TaskReach):
         'grip'
     """
 
-    rate: float = chosen(10.0, "Hz", 1.0, 250.0, "a hand's breadth a step at full speed")
+    rate: float = chosen(10.0, "Hz", 1.0, 250.0, "a hand's breadth per step at full speed")
     duration: float = chosen(25.0, "s", 0.1, 1e4, "twice the expert's time")
     speed: float = chosen(0.5, "m/s", 0.01, 20.0, "faster than a crab on the sea bed")
     success_distance: float = chosen(0.02, "m", 1e-4, 10.0, "a tenth of the height")
@@ -242,7 +242,7 @@ class TaskCatch(TaskReach):
     depth: float = chosen(1.0, "m", 0.0, 1e4, "of the tank of the recipe")
     grasp: float = chosen(0.07, "m", 1e-3, 10.0, "half of a carapace and a finger")
     closing: float = chosen(1.0, "s", 0.01, 60.0, "as the mission")
-    squeeze: float = chosen(0.2, "1", 0.0, 1.0, "a newton or two on each tip of the hand of aam")
+    squeeze: float = chosen(0.2, "1", 0.0, 1.0, "one or two newtons on each fingertip of aam")
     view: float = chosen(0.5, "rad", 0.01, 3.2, "the lens of an action camera")
     firm: float = chosen(0.3, "N", 1e-6, 1e3, "above splashes, as the mission")
     start_low: list[float] = vector((-0.7, -0.7, 0.5), "m", bounds=_BOX, source="chosen: in air")

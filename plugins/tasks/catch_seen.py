@@ -53,7 +53,7 @@ class TaskCatchSeen(TaskCatch):
     behind: float = setting(0.7, "m", bounds=(0.0, 100.0), source="views of conf/env/catch_seen")
 
     def watcher(self) -> Watcher:
-        """Return what sees; see `seals.learn.task.SeeingTask`.
+        """Return the watcher; see `seals.learn.task.SeeingTask`.
 
         Raises:
             ConfigError: there is no such detector.
@@ -76,8 +76,9 @@ class TaskCatchSeen(TaskCatch):
             if drawn.position[0, 0] - drawn.goal[0, 0] >= self.behind:
                 return drawn
         raise ConfigError(
-            f"task.behind={self.behind:g} m: no animal began so far behind in {_TRIES} draws.\n"
-            "Allowed: less, or boxes task.start_* and task.target_* farther apart along x."
+            f"task.behind={self.behind:g} m: no animal started that far behind in {_TRIES} draws.\n"
+            "Use a smaller value, or move the boxes task.start_* and task.target_* farther "
+            "apart along x."
         )
 
     def seen(self, now: Instant) -> Array:

@@ -63,7 +63,7 @@ class TaskStation(TaskHover):
     """
 
     duration: float = setting(15.0, "s", bounds=(0.1, 1e4), source="chosen: 1.5 m, then 8 s")
-    speed: float = setting(0.5, "m/s", bounds=(0.01, 20.0), source="chosen: half of its most")
+    speed: float = setting(0.5, "m/s", bounds=(0.01, 20.0), source="chosen: half of its maximum")
     start_low: list[float] = vector((-0.7, -0.7, -2.7), "m", bounds=_BOX, source="chosen: wet")
     start_high: list[float] = vector((0.7, 0.7, -1.3), "m", bounds=_BOX, source="chosen: wet")
     target_low: list[float] = vector((0.0, 0.0, -2.0), "m", bounds=_BOX, source="chosen: wet")

@@ -81,7 +81,7 @@ class TaskReach(Task):
     clearance: float = setting(0.0, "m", bounds=(0.0, 10.0), source="chosen: none")
     overspeed: float = setting(1.5, "m/s", bounds=(0.0, 100.0), source="chosen: paper gives none")
     width: float = setting(0.1, "m", bounds=(1e-4, 10.0), source="chosen: twice the success")
-    bonus: float = setting(1.0, "m", bounds=(0.0, 100.0), source="chosen: of the way's size")
+    bonus: float = setting(1.0, "m", bounds=(0.0, 100.0), source="chosen: of the size of the path")
     smooth: float = setting(0.1, "m", bounds=(0.0, 10.0), source="chosen: of 0.02, 0.1 and 0.3")
 
     def __post_init__(self) -> None:
@@ -94,7 +94,8 @@ class TaskReach(Task):
                 or any(a > b for a, b in zip(low, high, strict=True))
             ):
                 raise ConfigError(
-                    f"task.{name}_low={list(low)}, task.{name}_high={list(high)} make no box.\n"
+                    f"task.{name}_low={list(low)}, task.{name}_high={list(high)} do not define "
+                    "a box.\n"
                     "Allowed: three numbers each, none of the low ones above the high ones."
                 )
 

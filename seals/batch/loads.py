@@ -102,8 +102,9 @@ class BatchLoads:
         ):
             if wrong:
                 raise ConfigError(
-                    f"robot '{robot.name}' has {what}; batches of worlds with contacts have not.\n"
-                    "Use backend=mujoco, or backend=twin where nothing touches anything."
+                    f"robot '{robot.name}' has {what}, which batches of worlds with "
+                    "contacts do not support.\n"
+                    "Use backend=mujoco, or backend=twin if there are no contacts."
                 )
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)

@@ -40,10 +40,10 @@ def look_at_joints(robot: RobotModel) -> Iterator[RobotFinding]:
         elif not low <= at <= high:
             away.append(f"{name} ({low:.3g} to {high:.3g})")
     if stuck:
-        advice = "They cannot move; set lower and upper, or make them type fixed."
+        advice = "They cannot move; set lower and upper, or change their type to fixed."
         yield warned("joint limits", f"no travel: {listed(stuck)}", advice)
     if away:
-        place = "zero" if not robot.legs else "the stance, zero where there is none,"
+        place = "zero" if not robot.legs else "the stance (zero if there is none)"
         advice = f"Runs start at {place} unless initial.joint_position says otherwise; give it."
         where = "zero" if not robot.legs else "the start"
         yield warned("joint limits", f"{where} lies outside: {listed(away)}", advice)
@@ -63,7 +63,9 @@ def look_at_servos(robot: RobotModel, actuators: Mapping[str, Effect]) -> Iterat
     if not robot.joints:
         return
     if not servos:
-        advice = "Nothing drives them: they swing freely. Add servos under actuators: if they do."
+        advice = (
+            "They have no servos and swing freely. Add servos under actuators: if they are driven."
+        )
         yield warned("servos", f"none, with {len(robot.joints)} joint(s)", advice)
         return
     yield from _bounds(robot, actuators)
@@ -126,10 +128,12 @@ def _dynamics(
     ringing = [n for n, r in zip(robot.joints, ratio, strict=True) if r < RINGING]
     hasty = [n for n, r in zip(robot.joints, rate, strict=True) if r > FASTEST]
     if ringing:
-        advice = "They swing on after a command; raise kd (2 sqrt(kp I) damps critically)."
+        advice = "They oscillate after a command; raise kd (2 sqrt(kp I) damps critically)."
         yield warned("servo gains", f"{words}: {listed(ringing)}", advice)
     elif hasty:
-        advice = "Faster than servos are; lower kp, or state the armature of motor and gear."
+        advice = (
+            "This is faster than real servos; lower kp, or state the armature of motor and gear."
+        )
         yield warned("servo gains", f"{words}: {listed(hasty)}", advice)
     else:
         yield passed("servo gains", words)
@@ -144,11 +148,16 @@ def _strength(robot: RobotModel, hold: Floats, limit: Floats) -> Iterator[RobotF
         if m < WEAK
     ]
     if weak:
-        advice = "Level and in air they sag or move slowly; raise torque_limit, or lighten the arm."
-        yield warned("servo strength", f"torque limit of the weight: {listed(weak)} N m", advice)
+        advice = (
+            "With a level arm in air they sag or move slowly; "
+            "raise torque_limit, or reduce the mass of the arm."
+        )
+        yield warned(
+            "servo strength", f"torque limit, of the torque by weight: {listed(weak)} N m", advice
+        )
     else:
         least = min(float(margin.min()), 999.0)
-        yield passed("servo strength", f"at least {least:.3g} times the weight that hangs on it")
+        yield passed("servo strength", f"at least {least:.3g} times the weight that it supports")
 
 
 def _range(values: Floats) -> str:

@@ -356,11 +356,11 @@ def _axes(reach: Reach, body: FloatingBody) -> RobotFinding:
             if k in along and body.metacentric_height(along[k], volume) < 1e-4 * body.reach
         ]
         if loose:
-            advice = f"Nothing holds it level in {' and '.join(loose)}: put mass lower."
+            advice = f"It is not stable in {' and '.join(loose)}: move mass down."
             return warned("axes", words, advice)
     if not (reach.steers or len(reach.axes) == 6):
         advice = (
-            "No controller that ships drives it: station takes surge, sway, heave and yaw, "
+            "No controller of SEALS drives it: station needs surge, sway, heave and yaw, "
             "autopilot surge and yaw, with or without heave."
         )
         return warned("axes", words, advice)
@@ -385,8 +385,8 @@ def _under_way(reach: Reach, body: FloatingBody) -> Iterator[RobotFinding]:
     if height <= 0.0:
         return
     speed = math.sqrt(reach.weight * height / reach.munk)
-    words = f"level up to {speed:.2g} m/s: faster, its added mass turns it in pitch"
-    advice = "Put mass lower, or stay below it: guide.speed."
+    words = f"level up to {speed:.2g} m/s: above this speed its added mass destabilises it in pitch"
+    advice = "Move mass down, or stay below this speed: guide.speed."
     yield (passed("under way", words) if speed >= SLOW else warned("under way", words, advice))
 
 
@@ -395,7 +395,9 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
     words = f"net buoyancy {net:+.3g} N"
     if HEAVE not in reach.axes:
         if PITCH in reach.axes and reach.fins:
-            return passed(subject, f"{words}, no vertical thrust: its fins dive it when it moves")
+            return passed(
+                subject, f"{words}, no vertical thrust: its fins make it dive when it moves"
+            )
         if net > 0.0:
             does = "steers" if reach.steers else "stays"
             return passed(subject, f"{words}, no vertical thrust: {does} at the surface")
@@ -410,13 +412,13 @@ def _thrusters_in_water(reach: Reach) -> RobotFinding:
         change = (
             f"Add {max(mass, 0.0):.3g} kg of ballast low in the hull, or correct hulls"
             if net > 0.0
-            else f"Take {mass:.3g} kg away, or add volume under hulls"
+            else f"Remove {mass:.3g} kg, or add volume under hulls"
         )
         return failed(
             subject, f"{words}: it cannot {can}", f"{change} and max_force in robot.yaml."
         )
     if abs(net) > RESERVE * most:
-        advice = f"{abs(net) / most:.0%} of the thrust goes into holding the depth; trim it."
+        advice = f"{abs(net) / most:.0%} of the thrust is needed to hold the depth; trim it."
         return warned(subject, f"{words}: dives and surfaces", advice)
     return passed(subject, f"{words}: dives, hovers, surfaces")
 

@@ -82,11 +82,12 @@ def _look_at_drives(
         # level flight of what cannot hover: rho A_L a V^2 / 2 = weight
         speed = math.sqrt(2.0 * weight / (AIR * wings * ATTACK))
         words = (
-            f"its rotors do not carry it, its wings do at {speed:.3g} m/s with "
+            f"its rotors do not carry it, but its wings do at {speed:.3g} m/s with "
             f"{ATTACK:g} rad of attack"
         )
         advice = (
-            "No controller that ships flies or starts it; controller=direct takes commands of its "
+            "No controller of SEALS flies or launches it; controller=direct accepts commands "
+            "for its "
             "drives and joints."
         )
         yield warned("on wings", words, advice)
@@ -122,11 +123,13 @@ def _hover(matrix: Floats, mass: float, count: int) -> Iterator[RobotFinding]:
     if share is None:
         spinning = hover_share(matrix, weight, yaw=False)
         if spinning is None:
-            found = f"no thrusts of the {count} rotor(s) carry {weight:.3g} N without tipping it"
-            advice = "Look at position and axis of the rotors against the centre of gravity above."
+            found = (
+                f"no thrusts of the {count} rotor(s) carry {weight:.3g} N without tipping the robot"
+            )
+            advice = "Compare positions and axes of the rotors with the centre of gravity above."
         else:
-            found = f"the {count} rotor(s) carry it, but it spins about its vertical"
-            advice = "Let direction alternate between 1 and -1 from one rotor to the next."
+            found = f"the {count} rotor(s) carry it, but the robot spins about its vertical axis"
+            advice = "Alternate direction between 1 and -1 from one rotor to the next."
         yield failed(subject, found, advice)
         return
     found = (
@@ -137,10 +140,12 @@ def _hover(matrix: Floats, mass: float, count: int) -> Iterator[RobotFinding]:
         advice = "Too weak to fly: check thrust_coefficient, max_speed, and the mass above."
         yield failed(subject, found, advice)
     elif share * THIN_MARGIN > 1.0:
-        advice = "Little is left to steer with; 1.5 to 2.5 times is usual."
+        advice = "Little thrust remains for control; 1.5 to 2.5 times is usual."
         yield warned(subject, found, advice)
     elif share < 0.04:
-        yield warned(subject, found, "Far more than usual: check the unit of thrust_coefficient.")
+        yield warned(
+            subject, found, "This is much more than usual: check the unit of thrust_coefficient."
+        )
     else:
         yield passed(subject, found)
 
@@ -154,12 +159,12 @@ def _allocation(
     words = f", {tilts} tilted by a servo" if tilts else ""
     found = f"{layout.drives} drive(s){words}, rank {reach.rank} of {reach.wanted}"
     if reach.rank < reach.wanted and steers:
-        yield passed("allocation", f"{found}: the rest is passive")
+        yield passed("allocation", f"{found}: the other axes are passive")
     elif reach.rank < reach.wanted:
         advice = (
             "Some motion cannot be commanded; check positions, axes, directions and coefficients."
         )
-        yield warned("allocation", f"{found}: {reach.weakest} is out of reach", advice)
+        yield warned("allocation", f"{found}: {reach.weakest} cannot be commanded", advice)
     elif reach.condition > STIFF:
         advice = f"Commands in {reach.weakest} saturate first; check the coefficients."
         yield warned("allocation", f"{found}, condition number {reach.condition:.3g}", advice)
@@ -247,7 +252,9 @@ def _mass(robot: RobotModel) -> Iterator[RobotFinding]:
     ]
     if weightless:
         advice = "Give the link below it, or one further out, an <inertial> element."
-        yield failed("moving mass", f"nothing with mass hangs on {listed(weightless)}", advice)
+        yield failed(
+            "moving mass", f"no link with mass is attached to {listed(weightless)}", advice
+        )
 
 
 def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
@@ -271,7 +278,8 @@ def _inertia(robot: RobotModel) -> Iterator[RobotFinding]:
             yield warned(
                 "inertia",
                 words,
-                "One is next to nothing: such a link spins up at the slightest torque.",
+                "One of them is almost zero: such a link accelerates strongly under a small "
+                "torque.",
             )
         elif hull is not None and gyration > 1.5 * hull.reach:
             odd += 1
@@ -294,7 +302,7 @@ def _links(robot: RobotModel) -> Iterator[RobotFinding]:
     ]
     solid = [name for name in ghosts if name not in slight]
     if solid:
-        advice = "They pass through ground and other robots; add <collision> where that matters."
+        advice = "They pass through ground and other robots; add <collision> if contacts matter."
         yield warned("links without collision", listed(solid), advice)
     dry = [
         name
@@ -302,7 +310,7 @@ def _links(robot: RobotModel) -> Iterator[RobotFinding]:
         if hull is None and mass > share
     ]
     if dry and len(dry) < len([m for m in robot.mass if m > share]):
-        advice = "They displace no water; add them under hulls: in robot.yaml where that matters."
+        advice = "They displace no water; add them under hulls: in robot.yaml if buoyancy matters."
         yield warned("links without hull", listed(dry), advice)
 
 
@@ -310,9 +318,7 @@ def _floating(robot: RobotModel) -> Iterator[RobotFinding]:
     """Check volume, net buoyancy, draught and stability in fresh water."""
     body = FloatingBody(robot)
     if not body.parts:
-        advice = (
-            "In water it weighs what it weighs in air; add hulls: in robot.yaml if it meets water."
-        )
+        advice = "It has no buoyancy; add hulls: in robot.yaml if it enters water."
         yield warned("hull", "no link has one", advice)
         return
     yield passed("hull", f"{body.volume * 1e3:.4g} litre in {len(body.parts)} link(s)")
@@ -345,13 +351,18 @@ def _stability(body: FloatingBody, volume: float) -> Iterator[RobotFinding]:
         if abs(height) < 1e-4 * body.reach:
             yield passed(f"stability in {name}", f"{words}: indifferent")
         elif height < 0.0:
-            advice = "Upright it turns over; move mass down or buoyancy up."
+            advice = "It capsizes when upright; move mass down or buoyancy up."
             yield warned(f"stability in {name}", words, advice)
         elif abs(arm) > math.tan(math.radians(1.0)) * height:
             angle = math.degrees(math.atan2(abs(arm), height))
-            advice = "Put the centre of gravity below the centre of buoyancy, or expect the list."
+            advice = (
+                "Put the centre of gravity below the centre of buoyancy, "
+                "or expect it to float with a list."
+            )
             yield warned(
-                f"stability in {name}", f"{words}, but lies at about {angle:.0f} deg", advice
+                f"stability in {name}",
+                f"{words}, but floats with a list of about {angle:.0f} deg",
+                advice,
             )
         else:
             yield passed(f"stability in {name}", words)
@@ -382,11 +393,12 @@ def _look_at_limbs(robot: RobotModel) -> Iterator[RobotFinding]:
     ]
     if beyond:
         advice = (
-            "The joints stop before; correct the pose in robot.yaml, or the limits in the URDF."
+            "The joint limits prevent these poses; correct the pose in robot.yaml, or the "
+            "limits in the URDF."
         )
         yield warned("arm poses", f"beyond a joint limit: {listed(beyond)}", advice)
     if turned:
-        advice = "Name the joints of an arm from the base on, and its stowed values likewise."
+        advice = "List the joints of an arm in order from the base, and its stowed values likewise."
         yield warned("arm joints", f"not in order from the base: {listed(turned)}", advice)
     if not beyond and not turned:
         yield passed("arm poses", f"{len(poses)} within the joint limits")
@@ -402,7 +414,7 @@ def _look_at_mimics(settings: RobotSettings) -> Iterator[RobotFinding]:
         name, leader = joint.get("name", ""), mimic.get("joint", "")
         words = f"{name} follows {leader} in the URDF"
         if any({name, leader} <= set(g.joints) for g in settings.grippers.values()):
-            yield passed("mimic joint", f"{words}; one gripper moves both")
+            yield passed("mimic joint", f"{words}; both belong to one gripper")
         else:
             advice = (
                 "Here it moves on its own: name both in one entry under grippers: in robot.yaml, "
@@ -429,7 +441,7 @@ def _look_at_meshes(settings: RobotSettings) -> Iterator[RobotFinding]:
     for link, notes in _hulls(settings):
         fine += not notes
         for note in notes:
-            yield warned(f"hull of {link}", note, "Export the mesh closed and wound outwards.")
+            yield warned(f"hull of {link}", note, "Export a closed mesh with outward normals.")
     if fine:
         yield passed("meshes", f"{fine} ok")
 
@@ -450,11 +462,11 @@ def _look(path: Path, name: str, scale: float) -> Iterator[RobotFinding]:
     """Yield findings about one mesh file."""
     triangles, extent = _size(path)
     if triangles > MANY_TRIANGLES:
-        advice = f"Above {MANY_TRIANGLES:,} loading and contacts are slow; simplify it."
+        advice = f"Above {MANY_TRIANGLES:,} loading and contacts are slow; simplify the mesh."
         yield warned("mesh", f"{name} has about {triangles:,} triangles", advice)
     size = extent * scale
     if size > FAR:
-        advice = 'Drawn in millimetres? Say scale="0.001 0.001 0.001" in the URDF\'s <mesh>.'
+        advice = 'Drawn in millimetres? Write scale="0.001 0.001 0.001" in the URDF\'s <mesh>.'
         yield warned("mesh", f"{name} is {size:.4g} m long", advice)
     elif 0.0 < size < TINY:
         advice = "Scaled twice? URDF lengths are metres."

@@ -73,5 +73,5 @@ def show(robot: str, findings: list[RobotFinding]) -> None:
     numbers = Counter(finding.verdict.value for finding in findings)
     console.print(
         f"\n{printable(robot)}: {numbers['pass']} passed, "
-        f"{numbers['warn']} to look at, {numbers['fail']} failed."
+        f"{numbers['warn']} with warnings, {numbers['fail']} failed."
     )

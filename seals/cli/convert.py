@@ -57,7 +57,7 @@ def _reader_of(place: Path) -> str:
         line, robot = f"seals diagnose {typed('log', str(place))}", _robot_of_run(place)
         own = f"; or, with the robot as its folder states it: {line} {typed('robot', robot)}"
         raise ConfigError(
-            f"log={place} is a log folder already; nothing is to be converted.\n"
+            f"log={place} is already a log folder; there is nothing to convert.\n"
             f"Use it as it is: {line} out=answer{own + ' out=answer' if robot else ''}; "
             "or give reader=native"
         )
@@ -65,12 +65,12 @@ def _reader_of(place: Path) -> str:
         raise ConfigError(f"log={place} is an empty folder.\nGive the file or folder of a log.")
     raise ConfigError(
         f"log={place}: its content does not show which reader to use.\n"
-        "Say how: reader=csv, reader=witmotion ... See: seals list reader"
+        "Name the reader: reader=csv, reader=witmotion ... See: seals list reader"
     )
 
 
 def _robot_of_run(place: Path) -> str:
-    """Return the value of ``robot=`` for the robot of a run folder; empty where it is not there."""
+    """Return the value of ``robot=`` for the robot of a run folder; empty if it is not there."""
     from seals.config.source import is_robot_folder
     from seals.sysid.report.given_logs import robot_word
 
@@ -103,7 +103,7 @@ def execute(config: Any) -> int:
     # anything but a log folder is kept
     marks = (out / name for name in (*TABLES, "meta.yaml"))
     if out.exists() and not (out.is_dir() and any(mark.is_file() for mark in marks)):
-        raise ConfigError(f"out={out} is not a log folder, so it is kept.\nChoose another name.")
+        raise ConfigError(f"out={out} is not a log folder, so it is not overwritten.\nChoose another name.")
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}
@@ -176,7 +176,9 @@ def _with_map(config: Any) -> Any:
     fields = read_yaml(config.map)
     fields.pop("reader", None)
     if "_target_" in fields:
-        raise ConfigError(f"map={config.map} states _target_.\nA map holds fields of the reader.")
+        raise ConfigError(
+            f"map={config.map} states _target_.\nA map contains fields of the reader."
+        )
     refuse_references(fields, where=f"map={config.map}")
     with refusals([f"map={config.map}"]), open_dict(config):
         for key, value in fields.items():
@@ -232,7 +234,7 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
             log, words = with_rotor_speeds(log, curve, rotors)
             said += words
         else:
-            said.append("motor commands, kept as they are: robot=FOLDER turns them into speeds")
+            said.append("motor commands, not converted: robot=FOLDER converts them to speeds")
     late = _shifts(config.late)
     log = even_rows(log, float(config.rate), late)
     said += [f"{stem} was late by {shift:g} s" for stem, shift in late.items()]

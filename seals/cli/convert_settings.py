@@ -20,11 +20,11 @@ class MotorSettings:
     Args:
         command: kind of the commands.
         range: commands at rest and at full speed.
-        thrust_factor: share of the square in the curve of thrust over command [1].
+        thrust_factor: weight of the quadratic term in the curve of thrust over command [1].
         points: rows of command and rotor speed [rad/s].
-        full_voltage: voltage at which the points hold [V].
+        full_voltage: voltage for which the points are valid [V].
         voltage_power: exponent of the voltage in the speed [1].
-        order: index of the command of each rotor.
+        order: index of the command for each rotor.
     """
 
     command: str | None = None
@@ -51,15 +51,15 @@ class ConvertSettings(LogRobotSettings):
         out: log folder to write.
         reader: plug-in that reads the log.
         map: YAML file with fields of the reader, such as ``columns`` and ``units``.
-        meta: YAML file with what is known of vehicle and sensors.
-        urdf: description of the vehicle, which goes into the log folder.
+        meta: YAML file with data of vehicle and sensors.
+        urdf: description of the vehicle, copied to the log folder.
         axes: conventions of the log.
         motors: curve from motor commands to rotor speeds.
-        late: delay of the stamps by channel [s].
+        late: delay of the time stamps of each channel [s].
         span: first and last time of the rows that are kept [s]; empty for all.
-        rate: rows a second, evenly spaced [Hz]; zero keeps the times of the log.
+        rate: evenly spaced rows per second [Hz]; zero keeps the times of the log.
         table: name of the table: ``log.parquet`` or ``log.csv``.
-        replace: whether a log folder already there may be replaced.
+        replace: whether an existing log folder may be replaced.
     """
 
     name: str = "convert"

@@ -63,7 +63,8 @@ def _alone(words: Sequence[str]) -> tuple[str, str]:
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipe_groups()]))
     write = "Write: seals describe KIND NAME, for instance: seals describe effect quadratic_drag"
     if len(words) != 1:
-        said = f"'{' '.join(words)}' is not a kind and a name" if words else "nothing is named"
+        given = f"'{' '.join(words)}' is not a kind followed by a name"
+        said = given if words else "nothing is named"
         raise ConfigError(f"{said}.\n{write}")
     word = words[0]
     if is_robot_folder(word):

@@ -66,7 +66,7 @@ def packages() -> Iterator[Remark]:
         if wanted.marker is not None and "extra" in str(wanted.marker):
             continue
         if wanted.marker is not None and not wanted.marker.evaluate():
-            yield "note", wanted.name, "not to be had for this Python or machine"
+            yield "note", wanted.name, "not available for this Python version or machine"
             continue
         try:
             found = version(wanted.name)
@@ -75,7 +75,7 @@ def packages() -> Iterator[Remark]:
             yield "FAULT", wanted.name, words
             continue
         fits = wanted.specifier.contains(found, prereleases=True)
-        words = found if fits else f"{found}, but wanted is {wanted.specifier}"
+        words = found if fits else f"{found}, but {wanted.specifier} is required"
         yield "ok" if fits else "FAULT", wanted.name, words
 
 
@@ -150,7 +150,7 @@ def data() -> Iterator[Remark]:
     """Report the folder of offline data sets."""
     folder = os.environ.get("SEALS_DATA")
     found = bool(folder) and Path(str(folder)).is_dir()
-    words = str(folder) if found else "SEALS_DATA names no folder: data sets come from the network"
+    words = str(folder) if found else "SEALS_DATA is not set to a folder: data sets are downloaded"
     yield "ok" if found else "note", "data", words
 
 

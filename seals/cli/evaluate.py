@@ -54,7 +54,7 @@ def with_card(arguments: Sequence[str]) -> list[str]:
     refuse_dangerous(
         given,
         where=f"policy={place}: the card",
-        remedy="Take the folder as it was trained, or remove that line from its card.json.",
+        remedy="Use the folder as written by the training, or remove that line from its card.json.",
     )
     taken = {key_of(word) for word in arguments}
     anew = tuple(f"{key_of(word)}." for word in arguments if "=" in word and word not in given)

@@ -66,7 +66,7 @@ class Application:
             file = next((place for place in (out, *out.parents) if place.is_file()), None)
             if file is not None:
                 raise ConfigError(
-                    f"out={out} is to be a folder, but {file} is a file.\n"
+                    f"out={out} must be a folder, but {file} is a file.\n"
                     "Give another name: out=FOLDER"
                 )
         if self.logs:
@@ -254,7 +254,7 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         if sweep.folder is not None:
-            print("To go on: the same command with --resume.", file=sys.stderr)
+            print("To continue: the same command with --resume.", file=sys.stderr)
         raise
     except Exception as error:
         # those have words of their own
@@ -262,13 +262,14 @@ def _endings(sweep: Any, kind: str, place: str) -> Iterator[None]:
             raise
         if isinstance(error, FileExistsError | NotADirectoryError) and sweep.folder is None:
             raise ConfigError(
-                f"the {kind} folder cannot be made: '{error.filename}' is a file or below one.\n"
+                f"the {kind} folder cannot be created: '{error.filename}' is a file or lies "
+                "below a file.\n"
                 f"Give another name: {place}=FOLDER"
             ) from error
         if isinstance(error, OSError) and (sweep.folder is None or error.errno in _DENIED):
             raise ConfigError(
-                f"the {kind} folder cannot be made: {error}.\n"
-                f"Go to a folder in which you may write, or give {place}=FOLDER."
+                f"the {kind} folder cannot be created: {error}.\n"
+                f"Change to a folder in which you may write, or give {place}=FOLDER."
             ) from error
         if sweep.folder is None:
             raise
@@ -357,7 +358,7 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
         The arguments that are Hydra's.
     """
     if "--resolve" in arguments and not {"--cfg", "-c"} & {w.partition("=")[0] for w in arguments}:
-        raise ConfigError("--resolve prints nothing by itself.\nWrite: --cfg job --resolve")
+        raise ConfigError("--resolve prints nothing on its own.\nWrite: --cfg job --resolve")
     said = io.StringIO()
     try:
         with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
@@ -373,11 +374,11 @@ def _refuse_flags(arguments: list[str]) -> list[str]:
         if folder and "://" not in folder and not Path(folder).is_dir():
             raise ConfigError(
                 f"--config-{flag} {folder}: there is no such folder.\n"
-                "Give a folder of configurations: seals run --config-dir FOLDER experiment=theirs"
+                "Give a folder of configurations: seals run --config-dir FOLDER experiment=NAME"
             )
     if given.config_name in roots.NAMES:
         raise ConfigError(
-            f"--config-name {given.config_name}: that is a schema, not a configuration.\n"
+            f"--config-name {given.config_name}: this is a schema, not a configuration.\n"
             f"Leave it out: seals {given.config_name.removesuffix('_schema')} KEY=VALUE"
         )
     return untrusted(arguments)

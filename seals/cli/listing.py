@@ -11,14 +11,14 @@ from seals.text_table import table
 
 TITLES = {
     "backend": "Backends: rigid bodies and free motion",
-    "fluid": "Fluids: water that is simulated itself",
+    "fluid": "Fluids: simulated water",
     "wave": "Waves",
     "effect": "Effects: forces, inertias, faults",
     "actuator": "Actuators",
     "sensor": "Sensors",
     "controller": "Controllers",
     "guide": "Guides: reference generators",
-    "task": "Tasks: what a learner is asked for",
+    "task": "Tasks for learners",
     "learner": "Learners",
     "reader": "Readers of logs",
     "viewer": "Viewers and renderers",
@@ -43,12 +43,13 @@ def list_installed(arguments: list[str]) -> int:
     kinds = list(dict.fromkeys([*registry.GROUPS, *recipes]))
     if len(arguments) > 1:
         raise ConfigError(
-            f"'{' '.join(arguments)}' names more than one kind.\n"
+            f"'{' '.join(arguments)}' contains more than one kind.\n"
             f"Write: seals list {arguments[0]}, or seals describe {' '.join(arguments[:2])}"
         )
     if arguments and singular(arguments[0]) not in kinds:
         raise ConfigError(
-            f"there is no kind '{arguments[0]}'.\n{suggestion(arguments[0], kinds, label='Kinds')}"
+            f"'{arguments[0]}' is not a kind of "
+            f"plug-in.\n{suggestion(arguments[0], kinds, label='Kinds')}"
         )
     chosen = [singular(arguments[0])] if arguments else kinds
     blocks = []

@@ -67,7 +67,7 @@ VERBS = {
         "  seals run drop_test                  or: experiment=drop_test\n"
         "  seals run robot=path/to/folder water=fossen time.duration=3\n"
         "  seals run experiment=drop_test +effect@effects.second=quadratic_drag\n"
-        "  seals run --config-dir FOLDER experiment=theirs     configurations of others\n\n"
+        "  seals run --config-dir FOLDER experiment=NAME       configurations of another folder\n\n"
         "  seals run -m experiment=drop_test 'seed=range(10)' hydra/launcher=joblib     a sweep\n\n"
         "  --trust   with --config-dir: allow its YAML to name classes and settings of Hydra\n"
         "  --resume  with the same arguments: resume a sweep, or resume=FOLDER; see docs/sweeps.md",
@@ -98,7 +98,7 @@ VERBS = {
         summary="name the physical effect that the model of a log is missing",
         usage="LOG [LOG ...] [ROBOT] [out=FOLDER] [KEY=VALUE ...], or EXPERIMENT\n"
         "  seals diagnose log=flight_7 out=answer_7\n"
-        "  seals diagnose log=hidden_effect/flight_a     a log that comes with SEALS: find it\n"
+        "  seals diagnose log=hidden_effect/flight_a     a log that comes with SEALS\n"
         "  seals diagnose experiment=falling_balls       runs of a published measurement\n\n"
         "exit code: 0 nothing missing, 10 named, 11 one of several, 12 none of these,\n"
         "13 cannot tell, 20 bad data",
@@ -125,7 +125,7 @@ VERBS = {
         " [accept=formula]\n"
         "  seals add diagnosis=answer_7 name=my_model        writes models/my_model.yaml\n"
         "  seals run robot=ball +model=my_model\n\n"
-        "exit code: 0 written, 2 refused (nothing was named, or the name is taken)",
+        "exit code: 0 written, 2 refused (nothing was named, or the name exists)",
     ),
     "verify": Verb(
         takes=("log", "model", "robot"),
@@ -134,14 +134,14 @@ VERBS = {
         summary="verify a model on a held-out log in the rigid-body simulator",
         usage="LOG MODEL [ROBOT] [older=[FOLDER,...]]\n"
         "  seals verify log=flight_8 model=my_model older=[flight_5,flight_6]\n"
-        "exit code: 0 the error fell, 14 it did not: the model is marked as withdrawn",
+        "exit code: 0 the error fell, 14 it did not fall (the model is marked as withdrawn)",
     ),
     "plan": Verb(
         takes=("diagnosis", "log", "robot"),
         task={"module": "seals.sysid.experiment_design.application", "logs": True},
         words="seals.cli.slips:question",
         one_thread=("OPENBLAS",),
-        summary="choose the manoeuvre that best tells effects apart",
+        summary="choose the manoeuvre that best distinguishes effects",
         usage="LOG [ROBOT] effects=[NAME,NAME] [out=FOLDER], or DIAGNOSIS [ROBOT]\n"
         "  seals plan effects=[payload,thrust_coefficient] log=flight_7 out=plan_7\n"
         "  seals plan effects=[quadratic_drag] log=flight_7\n"
@@ -158,7 +158,7 @@ VERBS = {
         summary="show the parameters, units, bounds and equation of a plug-in",
         usage="KIND NAME, or NAME\n"
         "  seals describe effect quadratic_drag\n"
-        "  seals describe drag                     names the plug-ins that have this word",
+        "  seals describe drag                     lists the plug-ins with this word in their name",
     ),
     "check": Verb(
         takes=("robot",),
@@ -167,7 +167,7 @@ VERBS = {
         usage="ROBOT\n"
         "  seals check robot=aam\n"
         "  seals check robot=path/to/folder\n"
-        "exit code: 0 nothing failed, 1 something failed, 2 the robot cannot be read",
+        "exit code: 0 all checks passed, 1 a check failed, 2 the robot cannot be read",
     ),
     "teleop": Verb(
         takes=("script", "experiment", "robot"),
@@ -176,7 +176,7 @@ VERBS = {
         usage="[ROBOT|EXPERIMENT|SCRIPT] [device=keyboard|joystick] [KEY=VALUE ...]\n"
         "  seals teleop robot=aam                        a window opens; needs aam-seals[teleop]\n"
         "  seals teleop robot=aam script=keys.yaml       no window, as fast as possible\n"
-        "  seals teleop script=runs/some_session/keys.csv    the same session again\n\n"
+        "  seals teleop script=runs/some_session/keys.csv    repeats a session\n\n"
         "  script    events such as: - {t: 0.5, hold: w, seconds: 2}   or CSV: t,control,value\n"
         "  guide.speed, guide.climb, guide.turn, guide.joint_speed: values at full deflection",
         more="seals.control.key_events:table",
@@ -185,21 +185,21 @@ VERBS = {
         takes=("experiment", "robot"),
         task={"module": "seals.teleop.autopilot.application"},
         words="seals.cli.hydra_app:channelled",
-        summary="let ArduPilot or PX4 fly a robot in lockstep; write a log like any run's",
+        summary="let ArduPilot or PX4 fly a robot in lockstep; write a log as for any run",
         usage="ROBOT [protocol=ardupilot|px4] [host=HOST] [port=PORT] [KEY=VALUE ...]\n"
         "  seals autopilot robot=crazyflie environment.ground_level=0\n"
         "  seals autopilot robot=auv water=fossen controller=thruster_pulses\n\n"
         "  protocol  ardupilot: sim_vehicle.py -f JSON:127.0.0.1 (UDP 9002), the default;\n"
         "            px4: MAVLink HIL (TCP 4560), needs aam-seals[autopilot]\n"
         "  controller.channel, low, high, reverse   channel and range of each drive and servo\n"
-        "Ctrl-C ends it; seals diagnose log=RUN reads what it writes",
+        "Ctrl-C ends the run; seals diagnose log=RUN reads its log",
     ),
     "train": Verb(
         takes=("resume", "learner", "env"),
         target="seals.cli.train:train",
         one_thread=("OPENBLAS",),
         summary="train a policy; write learning curves and the policy",
-        usage="[LEARNER] [ENV] [course.steps=50000] [KEY=VALUE ...], or FOLDER of one to resume\n"
+        usage="[LEARNER] [ENV] [course.steps=50000] [KEY=VALUE ...], or FOLDER to resume\n"
         "  seals train learner=sac env=reach                     batch dynamics on the CPU\n"
         "  seals train learner=sacfd demonstrations=runs/some_recording/demonstrations\n"
         "  seals train learner=sac device=cuda count=4096 learner.batch=8192 learner.ratio=0.01\n"
@@ -279,11 +279,11 @@ VERBS = {
         "  seals new robot my_arm urdf=arm.urdf package=arm_description=../arm_description\n"
         "  seals new effect whirl\n\n"
         "  robot     creates the folder NAME with robot.yaml, the URDF and its meshes\n"
-        "  package   where the files of package://NAME/..., model://NAME and $(find NAME) are\n"
+        "  package   folder of package://NAME/..., model://NAME and $(find NAME)\n"
         "  urdf      a URDF, xacro, SDF or MJCF file\n"
         "  density   [kg/m^3] gives links without <inertial> the mass of their shapes\n"
-        "  medium    where it works: writes rotors under water, drag in air, or both\n"
-        "  missing-meshes=boxes  puts boxes of the links' inertia in their places\n"
+        "  medium    medium of operation: includes rotors under water, drag in air, or both\n"
+        "  missing-meshes=boxes  replaces missing meshes by boxes with the inertia of the links\n"
         "  arg       the value of an argument of a xacro file\n"
         "  forward   axis of the base link that points forward: x, -x, y or -y\n"
         "  datasheet writes datasheet.yaml into the robot's folder: noise, tolerances, delays\n"
@@ -297,11 +297,11 @@ VERBS = {
         summary="run the validation of the particle water; write a report",
         usage="water [CASE ...] [full=true] [out=FOLDER] [device=cuda]\n"
         "  seals validate water\n  seals validate water hydrostatics standing_wave full=true\n\n"
-        "exit code: 0 all errors are within their limits, 1 one is not, 2 refused",
+        "exit code: 0 all errors within their limits, 1 an error exceeds its limit, 2 refused",
     ),
     "benchmark": Verb(
         target="seals.experiments.naming_benchmark.command:benchmark",
-        summary="score SEALS, its rivals and your own methods on public logs with a hidden effect",
+        summary="score SEALS, other methods and your own on public logs with a hidden effect",
         usage="[out=FOLDER] [logs=[NAMES]] [mujoco=PYTHON]\n  seals benchmark out=scored",
     ),
     "runs": Verb(
@@ -321,18 +321,18 @@ VERBS = {
     ),
     "completion": Verb(
         target="seals.cli.completion:completion",
-        summary="print the shell's completion of verbs, groups and options",
+        summary="print the shell completion for verbs, groups and options",
         usage="bash|zsh|fish\n"
         '  eval "$(seals completion bash)"                       in ~/.bashrc\n'
         '  eval "$(seals completion zsh)"                        in ~/.zshrc, after compinit\n'
         "  seals completion fish > ~/.config/fish/completions/seals.fish\n\n"
-        "Names of plug-ins, robots and recipes are those installed when it is printed.",
+        "Names of plug-ins, robots and recipes are those installed at the time of printing.",
     ),
     "doctor": Verb(
         target="seals.cli.doctor:doctor",
         summary="check the installation and its plug-ins",
         usage="[full=true]\n  seals doctor\n\n"
-        "  full   true: compose every robot and experiment of this package again, too",
+        "  full   true: also compose every robot and experiment of this package",
     ),
 }
 
@@ -374,9 +374,9 @@ def _ended(words: list[str], *, ours: bool) -> int:
             if why is None or not arises_inside(fault):
                 raise
             named = ConfigError(
-                f"the numbers given make a system that cannot be computed: {why}.\n"
-                "Look for one far from all others, or for zeros: masses, gravity, gains, steps, "
-                "lengths of logs. SEALS_DEBUG=1 shows where it arose."
+                f"the given numbers lead to a system that cannot be solved: {why}.\n"
+                "Look for an extreme value or for zeros: masses, gravity, gains, steps, lengths of "
+                "logs. SEALS_DEBUG=1 shows where it occurred."
             )
         return _refused(named, words)
 
@@ -474,8 +474,8 @@ def _help(name: str, verb: Verb) -> str:
     parts = [f"seals {name}: {verb.summary}", f"usage: seals {name} {verb.usage.rstrip()}"]
     if verb.takes:
         given = ", ".join(f"{key}=" for key in verb.takes)
-        which = "the first of these that it names: " if len(verb.takes) > 1 else ""
-        parts.append(f"A word without a key is the value of {which}{given}")
+        which = "the first matching key: " if len(verb.takes) > 1 else ""
+        parts.append(f"A value without a key is assigned to {which}{given}")
     if name in roots.VERBS:
         parts.append(f"keys, each as KEY=VALUE:\n{help_of(name)}")
     return "\n\n".join([*parts, *([_named(verb.more)()] if verb.more else [])])
@@ -486,6 +486,6 @@ def _overview() -> str:
     return (
         f"SEALS {seals.__version__}: robots that cross sea, air and land\n\n"
         f"usage: seals VERB [arguments]\n\n{rows}\n\n"
-        "  what a model is missing: diagnose a log, plan when in doubt, add, verify on a new log\n"
+        "  to find missing effects: diagnose a log, plan if ambiguous, add, verify on a new log\n"
         "  seals help VERB shows usage, examples and keys; SEALS_DEBUG=1 shows tracebacks"
     )

@@ -44,7 +44,7 @@ def new(arguments: list[str]) -> int:
         robot = f"Write: seals new robot {kind or 'NAME'} urdf=FILE.  "
         meant = "urdf" in options and nearest(kind, KINDS) is None
         hint = (robot if meant else "") + suggestion(kind, KINDS, label="Kinds")
-        what = f"'{kind}' is not a kind that can be made" if kind else "no kind is given"
+        what = f"'{kind}' is not a kind that seals new can create" if kind else "no kind is given"
         raise ConfigError(f"{what}.\n{hint}")
     if kind in ("robot", *PLUGINS) and len(words) != 2:
         urdf = " urdf=FILE" if kind == "robot" else ""
@@ -89,7 +89,7 @@ def _datasheet(words: list[str], given: Mapping[str, str]) -> int:
     refuse_if_bad(log, vehicle)
     place = folder / DATASHEET
     print("\n".join(write_datasheet(log, vehicle, place, replace=_replacing(given))))
-    print(f"{place}\nNext:\n  look through it, and replace what is assumed")
+    print(f"{place}\nNext:\n  review it, and replace the assumed values")
     again = f"{typed('log', given['log'])} {typed('robot', str(folder))}"
     print(f"  {without_start(log) or f'seals diagnose {again} out=answer'}")
     return 0
@@ -130,7 +130,7 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
         raise ConfigError(f"{what}.\nWrite: seals new robot {name} urdf=FILE.  {hint}")
     if "://" in urdfs[0] and not urdfs[0].startswith("package:"):
         raise ConfigError(
-            f"urdf={urdfs[0]} is an address, a file is needed.\n"
+            f"urdf={urdfs[0]} is a web address, but a file is needed.\n"
             f"Download it with its meshes, then: seals new robot {name} urdf=FILE"
         )
     packages = _pairs(options, "package", "FOLDER", "NAME=FOLDER, with a folder that exists")
@@ -166,7 +166,9 @@ def _robot(name: str, options: Mapping[str, list[str]]) -> int:
     except ConfigError as cause:
         # a folder that no run can take is none
         shutil.rmtree(made.folder)
-        raise ConfigError(f"{urdfs[0]} gives a robot that cannot be simulated: {cause}") from cause
+        raise ConfigError(
+            f"{urdfs[0]} describes a robot that cannot be simulated: {cause}"
+        ) from cause
     print("\n".join(lines))
     return 0
 
@@ -185,7 +187,7 @@ def _pairs(options: Mapping[str, list[str]], flag: str, what: str, example: str)
 
 
 def _told(name: str, made: NewRobot) -> Iterator[str]:
-    """Yield a summary of the new folder, remarks to look at, and the next steps."""
+    """Yield a summary of the new folder, remarks warnings, and the next steps."""
     robot = made.robot
     parts = [
         f"{robot.mass.sum():.4g} kg",
@@ -200,7 +202,7 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
         yield f"  {change}"
     if made.unused:
         kinds = "1 kind" if made.unused == 1 else f"{made.unused} kinds"
-        yield f"  {kinds} of entries of the file not used: {name}/README.md says why"
+        yield f"  {kinds} of entries in the file that are not used: {name}/README.md says why"
     if made.remarks:
         yield "Look at:"
         yield from (f"  {remark}" for remark in made.remarks)
@@ -249,7 +251,7 @@ def _new_hydrodynamics(words: Sequence[str], given: Mapping[str, str]) -> int:
     """Compute hydrodynamics of one link of a robot folder, write them, and print what was found."""
     if words or not given.get("robot"):
         raise ConfigError(
-            "hydrodynamics need a robot folder.\n"
+            "hydrodynamics needs a robot folder.\n"
             "Write: seals new hydrodynamics robot=FOLDER method=bem"
         )
     folder = own_robot(given["robot"])

@@ -8,8 +8,8 @@ import os
 from seals.errors import BrokenPlugin, ConfigError, DiskFull, MissingExtra, OutOfMemory, SealsError
 
 _NO_MEMORY = (
-    "the memory of this machine, or of what this command may have, is used up.\n"
-    "Nothing half-written was kept. Close other programs, or lift the limit (ulimit -v)."
+    "the memory of this machine, or the limit of this command, is exhausted.\n"
+    "Nothing half-written was kept. Close other programs, or raise the limit (ulimit -v)."
 )
 _DENIED = {errno.EACCES, errno.EPERM, errno.EROFS}
 _SHORT = (
@@ -38,7 +38,9 @@ def explained(error: BaseException) -> SealsError | None:
     if isinstance(error, RuntimeError) and str(error).startswith(_LOOP):
         # looked up by `Path.resolve`, until Python 3.13
         name = str(error).removeprefix(_LOOP)
-        return ConfigError(f"{name} is a link to itself.\nRemove it, or name the file.")
+        return ConfigError(
+            f"{name} is a link to itself.\nRemove the link, or name the file itself."
+        )
     return _of_file(error) if isinstance(error, OSError) else None
 
 
@@ -49,14 +51,15 @@ def _of_file(error: OSError) -> ConfigError | None:
         return ConfigError(f"the name '{str(error.filename)[-80:]}' is too long for a file.")
     if error.filename and error.errno in _DENIED:
         return ConfigError(
-            f"{place} may not be read or written: {error.strerror}.\n"
-            "Choose another place, or give yourself the right."
+            f"{place} cannot be read or written: {error.strerror}.\n"
+            "Choose another place, or change the permissions."
         )
     if error.errno in (errno.EIO, None):  # libraries leave the number out
         why = os.strerror(errno.EIO) if error.errno else str(error).rstrip(".")
         return ConfigError(
             f"{place} could not be read or written: {why}.\n"
-            "The disk, or the way to it, fails. Look at it, or choose another; then once more."
+            "The disk or its connection fails. Check it or choose another one, then repeat the "
+            "command."
         )
     return None
 

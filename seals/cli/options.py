@@ -103,7 +103,7 @@ def _lines(key: Key) -> Iterator[str]:
 
 
 def default_of(field: Any) -> str:
-    """Return the default of a dataclass field as it is typed; empty where there is none."""
+    """Return the default of a dataclass field as it is typed; empty if there is none."""
     value = field.default
     if field.default_factory is not dataclasses.MISSING:
         value = field.default_factory()

@@ -104,7 +104,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
     for word in words:
         if word in _FOLDERS or (word == "out=" and root in _RUNS):
             raise ConfigError(
-                f"{word} names no folder; the files here would be overwritten.\n"
+                f"{word} does not name a folder; the files here would be overwritten.\n"
                 f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."
             )
     own = value_of(words, "hydra.run.dir")
@@ -126,7 +126,7 @@ def refuse_cut(words: Sequence[str]) -> None:
     Example:
         >>> refuse_cut(["initial.position=[0,", "0,", "1]", "robot=ball"])
         Traceback (most recent call last):
-        seals.errors.ConfigError: initial.position=[0, ends inside of its brackets.
+        seals.errors.ConfigError: initial.position=[0, ends inside its brackets.
         Quote a value with spaces: 'initial.position=[0, 0, 1]'
     """
     for k, word in enumerate(words):
@@ -136,7 +136,7 @@ def refuse_cut(words: Sequence[str]) -> None:
         )
         if whole != word and "=" in word:
             raise ConfigError(
-                f"{word} ends inside of its brackets.\nQuote a value with spaces: '{whole}'"
+                f"{word} ends inside its brackets.\nQuote a value with spaces: '{whole}'"
             )
 
 
@@ -172,7 +172,7 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
 
     Example:
         >>> repeated_keys(["robot=ball", "seed=1", "robot=box", "seed=1"])
-        ['robot is given 2 values; the last one holds: robot=box']
+        ['robot is given 2 values; the last one is used: robot=box']
     """
     if "--compare" in words:
         # names of arms
@@ -183,7 +183,7 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
         if sign and not word.startswith("-"):
             values.setdefault(key, []).append(value)
     return [
-        f"{key} is given {len(set(given))} values; the last one holds: {key}={given[-1]}"
+        f"{key} is given {len(set(given))} values; the last one is used: {key}={given[-1]}"
         for key, given in values.items()
         if len(set(given)) > 1
     ]

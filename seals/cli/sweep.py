@@ -60,8 +60,8 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
         if word.startswith("hydra.sweep.subdir"):
             # a resumed sweep could not find them
             raise ConfigError(
-                f"{word}: the jobs of a sweep lie in folders named by their numbers.\n"
-                "Choose the folder of them all: hydra.sweep.dir=FOLDER"
+                f"{word}: the jobs of a sweep have folders named by their numbers.\n"
+                "Choose the folder of the sweep: hydra.sweep.dir=FOLDER"
             )
     named = value_of(words, "resume")
     if named and is_sweep(named):
@@ -79,8 +79,8 @@ def begun(root: str, words: Sequence[str]) -> tuple[list[str], bool, str]:
     if stated is not None and "$" in stated:
         # only Hydra can look that up
         raise ConfigError(
-            f"{_FOLDER}={stated}: with {RESUME} the folder is one that is there already.\n"
-            f"Give it by its name: {_FOLDER}=FOLDER"
+            f"{_FOLDER}={stated}: with {RESUME} the folder must already exist.\n"
+            f"Give its name: {_FOLDER}=FOLDER"
         )
     folder = _newest(root, own_words(rest)) if stated is None else Path(stated)
     verb, begun_words, _ = _note(folder)
@@ -111,8 +111,8 @@ def with_objective(words: Sequence[str]) -> list[str]:
     ]
     if searching and not any(key == "objective" and name for key, _, name in found):
         raise ConfigError(
-            f"{searching[-1]} searches for the best value of a metric, and none is given.\n"
-            "Say objective=METRIC, for instance objective=success; seals runs lists them."
+            f"{searching[-1]} searches for the best value of a metric, but no metric is given.\n"
+            "Give objective=METRIC, for instance objective=success; seals runs lists them."
         )
     return [
         f"{_OBJECTIVE}={name}" if key == "objective" else word
@@ -139,7 +139,7 @@ def _newest(root: str, words: Sequence[str]) -> Path:
             verb, begun_words, started = _note(place.parent)
         except ConfigError as damaged:
             # it may be anybody's
-            print(f"note: passed over. {' '.join(str(damaged).split())}", file=sys.stderr)
+            print(f"note: skipped. {' '.join(str(damaged).split())}", file=sys.stderr)
             continue
         if verb == root and sorted(begun_words) == sorted(words):
             found.append((started, place.parent))
@@ -147,7 +147,7 @@ def _newest(root: str, words: Sequence[str]) -> Path:
         return max(found)[1]
     raise ConfigError(
         f"{RESUME}: none of the {len(places)} sweeps in runs/ was started with these overrides.\n"
-        "Name its folder: resume=FOLDER, or begin the sweep without --resume."
+        "Name its folder: resume=FOLDER, or start the sweep without --resume."
     )
 
 
@@ -165,7 +165,7 @@ def _note(folder: Path) -> tuple[str, list[str], str]:
     if not os.path.lexists(path):
         raise ConfigError(
             f"{folder}: there is no sweep in this folder.\n"
-            f"Give the folder of one; it holds {NOTE} and jobs.csv."
+            f"Give the folder of a sweep; it contains {NOTE} and jobs.csv."
         )
     note: _Note = read_file(_Note, path, remedy="Restore it, or start again.", extra=True)
     started = note.started
@@ -188,7 +188,7 @@ def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
     refuse_dangerous(
         begun_words,
         where=f"resume={folder}: {NOTE}",
-        remedy="Take it up by the command that began it, with --resume.",
+        remedy="Resume it by the command that started it, with --resume.",
         writer=f"sweep of seals {root}",
     )
     flags = {*MULTIRUN, RESUME}
@@ -197,8 +197,8 @@ def _taken_up(root: str, folder: Path, words: Sequence[str]) -> list[str]:
         # a folder of configuration is named by a person, never by a note
         if not word.startswith((_LAUNCHER, "hydra.launcher.", "--config-dir=")):
             raise ConfigError(
-                f"resume={folder}: {word} would make another sweep of it.\n"
-                "Allowed beside resume: hydra/launcher=NAME, hydra.launcher.KEY=VALUE, "
+                f"resume={folder}: {word} would change the sweep.\n"
+                "Allowed with resume: hydra/launcher=NAME, hydra.launcher.KEY=VALUE, "
                 "--config-dir DIR"
             )
     return _going_on([*begun_words, *rest], folder)

@@ -32,8 +32,8 @@ def train(arguments: list[str]) -> int:
         free = not word.startswith("-") and key_of(word).partition(".")[0] in FREE
         if word != TRUST and not free:
             raise ConfigError(
-                f"resume={folder}: {word} would make another training of it.\n"
-                "Allowed beside resume: course.KEY=VALUE, threads=NUMBER, film=true, track=NAME"
+                f"resume={folder}: {word} would change the training.\n"
+                "Allowed with resume: course.KEY=VALUE, threads=NUMBER, film=true, track=NAME"
             )
     place = [f"{RESUME}='{folder}'", f"hydra.run.dir='{folder}'"]
     source = f"resume={folder}: overrides.yaml"
@@ -47,19 +47,19 @@ def _begun(folder: Path) -> list[str]:
     if not path.is_file():
         raise ConfigError(
             f"resume={folder}: there is no training in this folder.\n"
-            "Give the folder of a training; it holds .hydra/overrides.yaml and run.json."
+            "Give the folder of a training; it contains .hydra/overrides.yaml and run.json."
         )
     remedy = "Restore it, or start again without resume."
     words: list[str] = read_file(list[str] | None, path, remedy=remedy) or []
     if (folder / "run.json").is_file() and (folder / "log.parquet").is_file():
         resume, repeat = (typed(key, str(folder)) for key in ("resume", "repeat"))
         raise ConfigError(
-            f"resume={folder}: this folder holds a run, not a training.\n"
+            f"resume={folder}: this folder contains a run, not a training.\n"
             f"Resume or repeat it: seals run {resume}, or {repeat}"
         )
     refuse_dangerous(
         words,
         where=f"resume={folder}: {path.name}",
-        remedy="Take up trainings of seals train only, or remove that line.",
+        remedy="Resume only trainings of seals train, or remove that line.",
     )
     return [word for word in words if word.partition("=")[0] != RESUME]

@@ -63,7 +63,7 @@ def with_keys(verb: str, takes: Sequence[str], words: Sequence[str]) -> list[str
         return list(words)
     if any(word.startswith("=") for word in words):
         raise ConfigError(
-            f"{' '.join(words)}: '=' stands apart from its key.\nWrite it without spaces: KEY=VALUE"
+            f"{' '.join(words)}: '=' is separated from its key.\nWrite it without spaces: KEY=VALUE"
         )
     refuse_cut(words)
     _refuse_drawing(verb, words)
@@ -95,8 +95,8 @@ def _refuse_drawing(verb: str, words: Sequence[str]) -> None:
         key, _, value = word.partition("=")
         if key.lstrip("-") == "urdf":
             raise ConfigError(
-                f"{word}: seals {verb} takes a robot folder, not a URDF.\n"
-                f"Make one from the file: seals new robot NAME urdf={value or after or 'FILE'}"
+                f"{word}: seals {verb} needs a robot folder, not a URDF.\n"
+                f"Create one from the file: seals new robot NAME urdf={value or after or 'FILE'}"
             )
 
 
@@ -162,8 +162,8 @@ def _unseen(verb: str, takes: Sequence[str], word: str, after: str = "") -> str:
         value = after if _NUMBER.fullmatch(after) else "VALUE"
         hints.append(f"If it is a key, give its value: {word}={value}.")
     elif not near:
-        hints.append("Give a folder or a file that is there, or a name.")
+        hints.append("Give an existing folder or file, or a name.")
     raise ConfigError(
-        f"{word}: no {', '.join(nouns)} or {last} has this name, and nothing here is called so.\n"
+        f"{word}: no {', '.join(nouns)} or {last} has this name, and there is no such file here.\n"
         f"{'  '.join(hints)}  See: seals help {verb}"
     )

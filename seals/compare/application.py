@@ -135,7 +135,7 @@ def read_logs(settings: CompareSettings) -> list[Log]:
     """
     if settings.reader is None:
         raise ConfigError(
-            "reader is null: there is nothing to read the log with.\nChoose one: seals list reader"
+            "reader is null: no reader is selected for the log.\nChoose one: seals list reader"
         )
     sources = settings.log if isinstance(settings.log, list | tuple) else [settings.log]
     reader = settings.reader
@@ -163,7 +163,7 @@ def _judged(logs: list[Log], settings: CompareSettings) -> list[Log]:
     kept = [log for log in logs if named(log)] or logs
     left = [log.name for log in logs if not any(log is one for one in kept)]
     if left:
-        words = f"left out, named by neither train nor held_out: {', '.join(left)}"
+        words = f"not used, because neither train nor held_out names them: {', '.join(left)}"
         print(words, file=sys.stderr, flush=True)
     return kept
 

@@ -311,7 +311,7 @@ def _drop_case(
     level = settings.environment.water_level
     if level is None:
         raise ConfigError(
-            "a drop into water needs a surface: environment.water_level is null.\nSay water=fossen."
+            "a drop into water needs a surface: environment.water_level is null.\nUse water=fossen."
         )
     force = log.channel("specific_force")
     events = find_drop(log.time, force, gravity=gravity)

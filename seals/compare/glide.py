@@ -116,7 +116,8 @@ class GlidePredictor(SampledPredictor):
         if level is None or "buoyancy" not in self.effects.index:
             raise ConfigError(
                 "a glide needs buoyancy and one density.\n"
-                "Say water=fossen and environment.water_density, the density of the hull's trim."
+                "Give water=fossen and environment.water_density, the water density for which "
+                "the hull is trimmed."
             )
         hull = self.robot.hulls[0]
         volume = 0.0 if hull is None else hull.volume

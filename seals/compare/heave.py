@@ -46,7 +46,9 @@ def heave_cases(logs: Sequence[Log], settings: CompareSettings, robot: RobotMode
             raise LogError(f"log '{log.name}' has no run of the same waves without the model.")
         found.append(_case(log, alone))
     if not found:
-        raise LogError("no run holds the model's heave (position_z).\nGive runs with the model.")
+        raise LogError(
+            "no run contains the heave of the model (position_z).\nGive runs with the model."
+        )
     return divided(found, settings)
 
 
@@ -143,7 +145,7 @@ class HeavePredictor(SampledPredictor):
     def _twin_in(self, jobs: Sequence[Job], amplitude: Floats, omega: Floats) -> BatchDynamics:
         sea: Any = copy.copy(self.settings.wave)
         if not hasattr(sea, "amplitude"):
-            raise ConfigError("heave in waves needs waves.\nSay wave=airy.")
+            raise ConfigError("heave in waves needs waves.\nUse wave=airy.")
         sea.amplitude, sea.period = amplitude, 2.0 * np.pi / omega
         return self.twin_of(jobs, [_PHASES] * len(jobs), more={}, waves=sea)
 

@@ -59,7 +59,8 @@ def _resolve(key: str, effects: Mapping[str, Effect]) -> FitKey:
     name, _, rest = key.removeprefix("effects.").partition(".")
     if name in _ELSEWHERE:
         raise ConfigError(
-            f"fit: '{key}' is not a parameter of an effect, and a comparison fits those alone.\n"
+            f"fit: '{key}' is not a parameter of an effect, and a comparison fits only such "
+            "parameters.\n"
             "Masses, inertia, hulls, actuators: seals calibrate log=FOLDER parameters=[mass]"
         )
     refuse_unlisted(name, effects, f"fit: there is no effect '{name}' in '{key}'")

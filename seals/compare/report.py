@@ -125,9 +125,9 @@ def _summary(comparison: Comparison) -> Section:
         right=(2, 3, 4, 7),
     )
     lead = (
-        "Error is the root mean square of measurement less model, on stretches that the fit never "
-        "saw where there are any. The noise floor comes from the data alone (third differences), "
-        "never from a fit."
+        "Error is the root mean square of measurement minus model, on held-out stretches if there "
+        "are any. The noise floor is estimated from the data only (third differences), "
+        "not from a fit."
     )
     return Section(title="Summary", lead=lead, blocks=[Facts(values=facts), table], wide=True)
 

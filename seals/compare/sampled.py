@@ -28,7 +28,7 @@ def bare_case(
     start = Start(
         state=TwinState.at_rest(1, 0, np.zeros(1)),
         sigma=np.zeros(12),
-        source="none needed: every sample stands for itself",
+        source="none needed: every sample is independent",
     )
     return Case(
         name=name,

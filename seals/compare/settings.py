@@ -17,16 +17,16 @@ class NamingSettings:
     """Settings of a diagnosis from several runs: stated model, tolerances, validation.
 
     Args:
-        nominal: instances of effects that the stated model holds; empty for the first variant of
+        nominal: instances of effects in the stated model; empty for the first variant of
             ``ladder``, or all effects without one.
         tolerances: full keys of nominal parameters and how uncertain they are, one standard
             deviation in their unit; they are fitted in every model.
-        judge: channels that are never fitted, but judge.
+        judge: channels that are not fitted but used for the evaluation.
         floor: by channel, the error that systematic faults of the measurement leave in any model.
         step: integration step of the twin [s] instead of that of the comparison; 0 for the same.
         stride: keep every n-th row instead of the comparison's choice; 0 for the same.
-        folds: most parts into which the training runs are divided; each is held out in turn.
-        most: most effects that are named together.
+        folds: maximum number of parts of the training runs; each is held out in turn.
+        most: maximum number of effects that are named together.
     """
 
     nominal: list[str] = field(default_factory=list)
@@ -71,16 +71,16 @@ class CompareOptions:
     """Options of a comparison.
 
     Args:
-        course: how a model is turned into what the sensors read.
+        course: how sensor readings are computed from the model.
         start: where the initial state comes from.
         step: integration step of the batch dynamics [s]; 0 chooses from the sampling.
         stride: keep every n-th row.
         before: time kept before the water entry of a drop [s].
         after: time kept after the water entry of a drop [s].
-        margin: time cut before the catch of a drop [s].
+        margin: time removed before the end of a drop [s].
         idle_speed: speed of a rotor at no pulse width, for the course ``thrust`` [rad/s].
         offset: search for a clock offset up to this size [s]; 0 for none.
-        iterations: most Gauss-Newton steps.
+        iterations: maximum number of Gauss-Newton steps.
     """
 
     course: PredictionMethod = PredictionMethod.simulated
@@ -103,22 +103,22 @@ class CompareSettings(RunSettings):
     """Settings of a comparison: a run as the model, and the measurement.
 
     Args:
-        log: folder, file or name of the measurement, a list of them, or None for all of the
-            reader's own data.
-        only: names (shell patterns) of the logs to keep of those that are read; empty for all.
+        log: folder, file or name of the measurement, a list of these, or None for all data of
+            the reader.
+        only: names (shell patterns) of the logs to use; empty for all.
         reader: plug-in that reads the measurement.
         fit: full keys of the parameters to fit, for instance ``effects.hull_drag.coefficient_z``;
             ``axes`` of one stem may be tied:
             ``effects.drag.coefficient_x+coefficient_y+coefficient_z``.
         train: names (shell patterns) of the logs or segments that are fitted; empty for all.
-        held_out: names (shell patterns) of the logs or segments that only judge the fit.
+        held_out: names (shell patterns) of the logs or segments on which the fit is evaluated.
         per_log: fit every log by itself instead of all together.
         ladder: variants by name, each the list of effects that act; empty for one variant with all
             effects.
         rivals: effects that may be missing, for ``seals diagnose``: names of effects or of
             instances in the configuration; empty for all that could act.
-        naming: what the stated model is and what judges, for ``seals diagnose``.
-        compare: how the comparison is made.
+        naming: stated model and criterion, for ``seals diagnose``.
+        compare: settings of the comparison.
         out: folder of the results, or None for the run's folder.
     """
 

@@ -80,7 +80,7 @@ def _refuse_untyped(node: Any, where: str) -> None:
     schema = OmegaConf.get_type(node)
     if not (schema and dataclasses.is_dataclass(schema)):
         raise ConfigError(
-            f"{where} has a _target_ but no plug-in's schema behind it.\n"
+            f"{where} has a _target_ without the schema of a plug-in.\n"
             f"Choose a plug-in by its group, for instance: +effect@{where}=quadratic_drag"
         )
     refuse_unknown(node, where=where, made=True)

@@ -97,8 +97,8 @@ def refuse_growth(config: Any) -> None:
     total = _Sizes(tree).of((), 0)
     if total > MOST:
         raise ConfigError(
-            f"the configuration has {total:.3g} characters with its references filled in.\n"
-            f"Allowed: {MOST:,}. One that holds two others, and so on, grows without end"
+            f"the configuration has {total:.3g} characters after substitution of its references.\n"
+            f"Allowed: {MOST:,}. References that contain several others may grow without limit"
         )
 
 
@@ -122,7 +122,7 @@ class _Sizes:
             what = "refers to itself" if path in self.open else f"has more than {DEEPEST} in a row"
             raise ConfigError(
                 f"{'.'.join(path) or 'the configuration'} {what}: references ${{...}}.\n"
-                "Give it a value of its own"
+                "Replace the reference by a value"
             )
         self.open.add(path)
         value = self.at(path)
@@ -153,7 +153,7 @@ class _Sizes:
         return None if self.at(real) is None else real
 
     def at(self, path: Path) -> Any:
-        """Return a part as it is written; None where there is none."""
+        """Return a part as it is written; None if there is none."""
         value = self.tree
         for word in path:
             if isinstance(value, list):

@@ -55,7 +55,7 @@ def refuse_values(config: Any, *, root: str, words: Sequence[str], where: str) -
         shown = " ".join(f"{key}={value!s}".split())
         raise ConfigError(
             f"{where} sets {shown:.120}, which {what}: files set data only.\n"
-            f"When you want it, say so on the command line: {key}=VALUE"
+            f"If you want this, state it on the command line: {key}=VALUE"
         )
 
 
@@ -142,7 +142,7 @@ def _own_model(file: str) -> bool:
 
 
 def _at(node: Any, name: Any) -> Any:
-    """Return a value of a node, references followed; None where there is none."""
+    """Return a value of a node, references followed; None if there is none."""
     from omegaconf.errors import OmegaConfBaseException
 
     try:

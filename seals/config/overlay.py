@@ -87,7 +87,7 @@ class Change:
             place = f" in {self.medium.name}" if self.medium else ""
             raise ConfigError(
                 f"{where}: the model has {many} of the kind '{self.effect}'{place}.\n"
-                "A change needs exactly one; say medium or links, or add the effect to the model."
+                "A change needs exactly one; give medium or links, or add the effect to the model."
             )
         effect = own[found[0]]
         declared = parameters_of(effect)
@@ -179,7 +179,7 @@ class Overlay:
         if self.withdrawn and not force:
             raise ConfigError(
                 f"model '{self.name}' was withdrawn: {self.withdrawn}.\n"
-                "Diagnose again, or use it all the same with force=true"
+                "Diagnose again, or use it anyway with force=true"
             )
 
 

@@ -69,7 +69,7 @@ def key_of(word: str) -> str:
 
 
 def value_of(words: Sequence[str], key: str) -> str | None:
-    """Return the last value of a key among words, without quotes; None where it has none.
+    """Return the last value of a key among words, without quotes; None if it has none.
 
     Example:
         >>> value_of(["seed=1", "policy='my one'"], "policy"), value_of(["seed=1"], "out")
@@ -143,9 +143,9 @@ def refuse_dangerous(
     """
     if sum(map(len, words)) > MOST_SIGNS:
         raise ConfigError(
-            f"{where} holds words of {sum(map(len, words)):,} characters, "
-            f"allowed are {MOST_SIGNS:,}.\n{remedy}"
+            f"{where} holds words of {sum(map(len, words)):,} characters; "
+            f"the limit is {MOST_SIGNS:,}.\n{remedy}"
         )
     for word in words:
         if _DANGER.search(word) or not ("=" in word or word.startswith("~")):
-            raise ConfigError(f"{where} asks for '{word:.80}', which no {writer} writes.\n{remedy}")
+            raise ConfigError(f"{where} contains '{word:.80}', which no {writer} writes.\n{remedy}")

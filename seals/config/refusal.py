@@ -39,26 +39,28 @@ def _unknown_robot(given: str, installed: Sequence[str]) -> UnknownPlugin:
     elif urdf is not None:
         name = urdf.stem.lower().replace("-", "_").replace(".", "_")
         what = "holds no robot.yaml"
-        advice = f"Make a robot of the URDF first: seals new robot my_{name} urdf="
+        advice = f"Create a robot folder from the URDF first: seals new robot my_{name} urdf="
         advice += quote(str(urdf))
     elif given and path.exists():
-        what = "is here, but holds no robot.yaml"
-        advice = "Make one of a URDF: seals new robot NAME urdf=FILE, or see: seals list robot"
+        what = "exists here, but contains no robot.yaml"
+        advice = "Create one from a URDF: seals new robot NAME urdf=FILE, or see: seals list robot"
     elif path.suffix in _DRAWN:
-        what = "is neither installed nor a file here"
-        advice = "A robot is a folder. Make one of such a file: seals new robot NAME urdf=FILE"
+        what = "is neither installed nor an existing file"
+        advice = "A robot is a folder. Create one from such a file: seals new robot NAME urdf=FILE"
     elif close is not None:
         what = "is neither installed nor a folder with robot.yaml"
         advice = f"Did you mean '{close}'?  Installed: {', '.join(installed)}"
     elif "/" in given:
-        advice = suggestion(given, installed, label="Give such a folder, or one installed")
+        advice = suggestion(
+            given, installed, label="Give such a folder, or the name of an installed robot"
+        )
         return UnknownPlugin(
-            f"robot={given}: there is no folder '{given}' that holds robot.yaml.\n{advice}"
+            f"robot={given}: there is no folder '{given}' with a robot.yaml.\n{advice}"
         )
     else:
         what, advice = "is not installed", suggestion(given, installed, label="Installed")
         if given and nearest(given, installed) is None:
-            what = "is neither installed nor a folder here"
+            what = "is neither installed nor an existing folder"
             advice = f"Make your own: seals new robot NAME urdf=FILE.  {advice}"
     return UnknownPlugin(f"robot '{given}' {what}.\n{advice}")
 
@@ -209,7 +211,7 @@ def refusals(
     except RecursionError as error:
         raise ConfigError(
             "the configuration refers to itself, or is nested too deeply.\n"
-            "Look for a reference ${...}, or a list of defaults, that leads back to where it stands"
+            "Look for a reference ${...}, or a list of defaults, that leads back to itself"
         ) from error
     except ValueError as error:
         _refuse_key_of_list(error, overrides)
@@ -235,7 +237,7 @@ def _refuse_key_of_list(error: ValueError, overrides: Sequence[str]) -> None:
         if found:
             raise ConfigError(
                 f"{override}: {stem} is a list, which has no '{name.group(1)}'.\n"
-                f"Number its entries from 0 on: {stem}.0=VALUE; or give it whole, in brackets."
+                f"Number its entries from 0: {stem}.0=VALUE; or give the whole list, in brackets."
             ) from error
 
 
@@ -360,7 +362,7 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str], *, root: 
         return ConfigError(f"{shown} is not allowed: {what}.\nAllowed: true, false")
     hint = _allowed(parent, key, text)
     if hint == _LIST and given and "[" not in given:
-        hint = f"A list is wanted, in brackets: {full_key}=[{given}]"
+        hint = f"A list in brackets is required: {full_key}=[{given}]"
     return ConfigError(f"{shown} is not allowed{said}{origin}.\n{hint}")
 
 
@@ -368,12 +370,12 @@ def _belongs(key: str, parent: Any, allowed: Sequence[str]) -> str:
     """Say where a key belongs that its section does not have; empty if nowhere."""
     if parent is not None and not len(parent):
         if parent._get_full_key(None) == "fluid":
-            return "The water of particles has such keys: water=particles"
+            return "These keys belong to particle water: water=particles"
         return "This mapping is empty: put a + in front of the key to add it."
     slip = difflib.get_close_matches(key, allowed, n=1, cutoff=_SLIP)
     home = None if parent is None or slip else _home_of(key, parent._get_root())
     if home is not None:
-        return f"Did you mean '{home}'?  See all keys with: --cfg job"
+        return f"Did you mean '{home}'?  --cfg job shows all keys"
     verbs = [] if parent is None or slip else _verbs_with(key)
     if 0 < len(verbs) <= _FEW and parent._get_full_key(None) == "":
         other = " or ".join(f"seals {name}" for name in verbs)
@@ -399,7 +401,7 @@ def _allowed(parent: Any, key: str, text: str) -> str:
     if number:
         return f"Allowed: {_WORDS.get(number.group(1), number.group(1))}"
     if "out of range" in text:
-        return "Entries are numbered from 0 on; see: --cfg job"
+        return "Entries are numbered from 0; see: --cfg job"
     if parent is not None and key in parent and OmegaConf.is_dict(parent[key]):
         return suggestion(
             "", [f"{key}.{name}" for name in parent[key]], label="Set one of its keys"
@@ -425,7 +427,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         r"Multiple values for (\S+?)\. To override",
-        "+{0}: the group is chosen already",
+        "+{0}: this group is already chosen",
         "To change the choice, leave the + out: {0}=NAME",
     ),
     (
@@ -450,7 +452,7 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         r"force-add of config groups is not supported: '\+\+([^=']+)",
-        "++{0}: the choice of a group takes one + at most",
+        "++{0}: the choice of a group takes at most one +",
         "To replace the choice, write {0}=NAME; to add one, +{0}=NAME",
     ),
     (
@@ -460,14 +462,15 @@ _SAYINGS: tuple[tuple[str, str, str], ...] = (
     ),
     (
         r"Error merging override ([^=\s]+)=(\S*)",
-        "{0}={1} is not allowed: it has not the shape of this value",
-        "A list of places or rows has brackets of its own for each: {0}=[[0,0,1],[1,0,1]]; to see "
+        "{0}={1} is not allowed: its shape differs from that of this value",
+        "In a list of places or rows each entry has its own brackets: {0}=[[0,0,1],[1,0,1]]; to "
+        "see "
         "the default: seals {root} --cfg job",
     ),
     (
         r"does not support sweep type : (\w+)",
-        "an interval has no number of values",
-        "List some, or let a sweeper choose among them: hydra/sweeper=optuna",
+        "an interval does not define a number of values",
+        "List values, or let a sweeper choose them: hydra/sweeper=optuna",
     ),
 )
 """Hydra's sentence, our first line, our second line."""

@@ -97,7 +97,7 @@ class PluginSource(ConfigSource):
             path = find_overlay(name)
             if path is None:
                 raise ConfigError(
-                    f"model '{name}' is no longer there.\nModels lie in the folder models/"
+                    f"model '{name}' no longer exists.\nModels are in the folder models/"
                 )
             node = OmegaConf.create(load_overlay(path))
         elif group == "controller" and name.startswith(OWN):
@@ -179,7 +179,7 @@ def find_robot(name: str) -> RobotFile:
     if is_robot_folder(name):
         return read_robot(Path(name))
     registry.get("robot", name)
-    raise ConfigError(f"robot '{name}' is no longer there.\nSee: seals list robot")
+    raise ConfigError(f"robot '{name}' no longer exists.\nSee: seals list robot")
 
 
 def _robot_option(name: str) -> Container:

@@ -65,7 +65,7 @@ def _measure(
         files, deep = sizes.get(chosen, (1, DEEPEST))
         count, levels = count + files, max(levels, 1 + deep)
         if levels > DEEPEST:
-            return f"chooses files over more than {DEEPEST} levels"
+            return f"selects files through more than {DEEPEST} levels"
         if count > MOST_CHOSEN:
             return f"has more than {MOST_CHOSEN:,} files read"
     sizes[name] = (count, levels)
@@ -154,7 +154,9 @@ def refuse_commands(folder: Path) -> None:
             defaults[name] = content.get("defaults") or []
     wrong = wrong_choices(defaults)
     if wrong is not None:
-        raise ConfigError(f"{folder / wrong[0]}.yaml {wrong[1]}.\nLeave out what leads there.")
+        raise ConfigError(
+            f"{folder / wrong[0]}.yaml {wrong[1]}.\nRemove the entry that leads there."
+        )
 
 
 def _folders(words: Sequence[str]) -> Iterator[Path]:
@@ -176,7 +178,7 @@ def _files(folder: Path) -> Iterator[Path]:
         for name in (*folders, *files):
             path = Path(place) / name
             if path.is_symlink() and not path.resolve().is_relative_to(folder.resolve()):
-                raise _distrust(path, "is a link that leads out of the folder")
+                raise _distrust(path, "is a link that leads outside the folder")
             if name in files and path.suffix in (".yaml", ".yml"):
                 count += 1
                 yield path
@@ -202,9 +204,9 @@ def _faults(place: Path, text: str, content: Any) -> Iterator[str]:
             if _HYDRA.search(word):
                 yield f"chooses '{word:.80}' among Hydra's own settings"
             if ".." in word:
-                yield f"leads out of the folder by '{word:.80}'"
+                yield f"leads outside the folder by '{word:.80}'"
         if any("${" in word for word in words[: len(words) // 2]):
-            yield f"hides what it chooses behind '{entry!s:.80}'"
+            yield f"selects an option indirectly by '{entry!s:.80}'"
     yield from _special_keys(content)
     found = lookup_in(content)
     if found is not None:
@@ -221,7 +223,7 @@ def _special_keys(content: Any) -> Iterator[str]:
         if isinstance(value, Mapping):
             for key in map(str, value):
                 if key in SPECIAL and not (key == TARGET and is_plugin(str(value[key]))):
-                    yield f"says {key}: {value[key]!s:.80}, no installed plug-in"
+                    yield f"gives {key}: {value[key]!s:.80}, which is not an installed plug-in"
             waiting += value.values()
         elif isinstance(value, list | tuple):
             waiting += value
@@ -246,7 +248,7 @@ def _content(place: Path) -> Any:
 
 def _distrust(place: Path, words: str) -> ConfigError:
     return ConfigError(
-        f"{place} {words}.\nRead the folder; when you trust it, say so: --config-dir FOLDER {TRUST}"
+        f"{place} {words}.\nRead the folder; if you trust it, use: --config-dir FOLDER {TRUST}"
     )
 
 

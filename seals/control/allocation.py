@@ -15,7 +15,7 @@ from seals.multibody.linear import solution
 LIFT_ROWS = (2, 3, 4, 5)
 """Rows of lift, roll, pitch and yaw among force and torque."""
 RANK = 1e-6
-"""Share of the largest singular value below which a direction is out of reach."""
+"""Share of the largest singular value below which a direction cannot be commanded."""
 
 
 class Saturation(enum.Enum):

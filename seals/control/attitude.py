@@ -36,7 +36,7 @@ def lean_for(force: Array, yaw: Any, *, tilt: Any, least: Any) -> Array:
     size = xp.maximum(z * z, least * least)
     if type(size) is np.ndarray and not size.all():
         # without gravity the least is zero as well; NumPy alone would go on with nan
-        raise ZeroDivisionError("a force of zero has no direction to lean to")
+        raise ZeroDivisionError("a force of zero has no direction for the tilt")
     per = z / size
     x, y = x * per, y * per
     aside, most = xp.sqrt(x * x + y * y), xp.tan(tilt)

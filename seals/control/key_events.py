@@ -142,7 +142,7 @@ def table() -> str:
             pairs.setdefault(action, []).append(control)
         lines.append(f"  {name}")
         for action, keys in pairs.items():
-            words = _WORDS.get(action, action.replace("_", " ") + " of the arm, there and back")
+            words = _WORDS.get(action, action.replace("_", " ") + " of the arm, up, down")
             lines.append(f"    {' '.join(keys):<22}{words}")
     return "\n".join(lines)
 
@@ -261,7 +261,7 @@ def _yaml(path: Path, text: str) -> list[Event]:
     if not isinstance(entries, list):
         raise ConfigError(
             f"script {path} holds no list.\n"
-            "Write one entry a line: - {t: 0.5, hold: w, seconds: 2}"
+            "Write one entry per line: - {t: 0.5, hold: w, seconds: 2}"
         )
     events = []
     for number, entry in enumerate(entries, start=1):
@@ -277,7 +277,7 @@ def _entry(where: str, raw: Any) -> list[Event]:
     kinds = [word for word in ("press", "release", "hold", "set") if getattr(entry, word)]
     if len(kinds) != 1:
         raise ConfigError(
-            f"{where} says {kinds or 'nothing'}.\nSay one of: press, release, hold, set"
+            f"{where} gives {kinds or 'nothing'}.\nWrite one of: press, release, hold, set"
         )
     kind, control = kinds[0], getattr(entry, kinds[0])
     value = entry.value if kind == "set" else float(kind != "release")
@@ -285,7 +285,7 @@ def _entry(where: str, raw: Any) -> list[Event]:
     if kind != "hold":
         return [first]
     if entry.seconds is None:
-        raise ConfigError(f"{where} hold does not say how long.\nAdd: seconds: 2")
+        raise ConfigError(f"{where} hold states no duration.\nAdd: seconds: 2")
     return [first, Event(first.time + entry.seconds, control, 0.0)]
 
 

@@ -128,14 +128,15 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
                 raise ConfigError(
                     f"actuators.{b.name}.links: link '{robot.links[carrier]}' moves relative to "
                     "the base.\n"
-                    "Drives must sit on the base or on links fixed to it; rotors also on one hinge."
+                    "Drives must be mounted on the base or on links fixed to it; rotors may "
+                    "also be on one hinge."
                 )
         columns = slice(b.hooks.first, b.hooks.first + b.hooks.count)
         if any(kind[columns]):
             raise ConfigError(
-                f"actuators.{b.name}: drive {b.hooks.first} belongs to another actuator already.\n"
+                f"actuators.{b.name}: drive {b.hooks.first} already belongs to another actuator.\n"
                 f"Set the column of its first drive: actuators.{b.name}.first=NUMBER; 'first' of "
-                "the actuators follow each other from 0 on."
+                "the actuators must follow each other, starting at 0."
             )
         constants = b.effect.constants()
         table["position"][columns] = constants["position"] @ turns[carrier].T + origins[carrier]
@@ -155,7 +156,7 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
     if "" in kind:
         raise ConfigError(
             f"drive {kind.index('')} belongs to no actuator.\n"
-            "Set 'first' of the actuators so that their columns follow each other from 0 on."
+            "Set 'first' of the actuators so that their columns follow each other, starting at 0."
         )
     return Layout(
         position=table["position"],

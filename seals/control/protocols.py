@@ -281,8 +281,8 @@ class ControllerOptions:
             ConfigError: there is no such form.
         """
         raise ConfigError(
-            f"controller {type(self).__name__} has no form over a batch.\n"
-            "Give it batched(plant, joints, like), as the cascade has, or use backend=pybullet."
+            f"controller {type(self).__name__} has no batched form.\n"
+            "Implement batched(plant, joints, like), as in the cascade, or use backend=pybullet."
         )
 
 
@@ -317,7 +317,7 @@ class Controller(Protocol):
 
 
 class Goal(NamedTuple):
-    """Place that a guide is to bring the robot to, for the report of a run.
+    """Position to which a guide moves the robot, for the report of a run.
 
     Args:
         name: of the goal.
@@ -389,7 +389,7 @@ class Guide(Protocol):
         """Return the reference and the new state; ``memory`` is not modified."""
 
     def finished(self, memory: Any) -> bool | None:
-        """Return whether the task is done (True), given up (False) or goes on (None)."""
+        """Return whether the task is finished (True), aborted (False) or still running (None)."""
 
     def stage(self, memory: Any) -> str:
         """Return the name of the present stage, for the log and the screen."""

@@ -49,7 +49,7 @@ def tilts_of(robot: RobotModel, layout: Layout, thrust: float) -> Fins:
         if joint in joints:
             raise ConfigError(
                 f"the joint '{robot.joints[joint]}' tilts two rotors.\n"
-                "Allowed: one rotor for each joint that tilts."
+                "Allowed: one rotor for each tilting joint."
             )
         stop = min(abs(float(robot.lower[joint])), abs(float(robot.upper[joint])), FARTHEST)
         joints.append(joint)

@@ -114,7 +114,7 @@ def locked_kick(inertia: Floats, kick: Floats) -> Floats:
         found: Floats = solved(inertia[:, :6], inertia @ kick)
     except np.linalg.LinAlgError as cause:
         raise PhysicsError(
-            "the robot has no inertia about an axis of its base, and a joint stands at its limit.\n"
+            "the robot has no inertia about an axis of its base, and a joint is at its limit.\n"
             "Give at least one link of its URDF an inertia about it: ixx, iyy, izz above zero."
         ) from cause
     return found
@@ -366,7 +366,7 @@ class CoupledBody(BodyOptions):
         return place - arm, rotation, native
 
     def compiled_form(self, step: float, *, driven: bool) -> tuple[str, ...] | None:
-        """Return how the next step is computed, for `compiled_law`; None where it is not compiled.
+        """Return how the next step is computed, for `compiled_law`; None if it is not compiled.
 
         Args:
             step: h [s].

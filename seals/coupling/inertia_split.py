@@ -313,7 +313,7 @@ class InertiaSplit:
             if matrix is None:
                 raise ConfigError(
                     f"effects.{b.name}: an added inertia that is not a constant times a weight is "
-                    "not known to this engine"
+                    "not supported by this engine"
                 )
             part = added.weight * xp.asarray(self._unit(b.name, matrix, b.links))
             wanted = wanted + (part if rows is None else scatter(part, rows, links))

@@ -235,7 +235,7 @@ def refuse_double_counting(
                         f"'{clash}' and '{b.name}' both account for {phenomenon} "
                         f"on link '{links[k]}'.\n"
                         f"Remove one of them, or give effects.{b.name}.correction=true "
-                        "if it is meant as an addition."
+                        "if it is intended as an addition."
                     )
                 owner[phenomenon, own, k] = b.name
 

@@ -87,7 +87,7 @@ class SurfaceForce(Effect):
     """
 
     share: float = param(
-        0.0, "1", bounds=(-0.3, 0.3), tolerance=0.02, source="accuracy of the hull's shape"
+        0.0, "1", bounds=(-0.3, 0.3), tolerance=0.02, source="accuracy of the shape of the hull"
     )
     medium: MediumKind = MediumKind.water
     accounts_for: ClassVar[tuple[str, ...]] = ()

@@ -157,7 +157,7 @@ class Effect(EffectOptions):
         Args:
             name: under which the effect is installed.
             parameters: as the log states them.
-            medium: water, air or any; None where the log states none.
+            medium: water, air or any; None if the log states none.
             environment: of the log.
         """
         # a log states a medium for every effect, though some have none

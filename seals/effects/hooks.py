@@ -93,7 +93,7 @@ def _arguments(cls: type, hook: str) -> tuple[str, ...]:
     strange = next(n for n in names if n not in ARGUMENTS[hook])
     meant = nearest(strange, ARGUMENTS[hook])
     raise ConfigError(
-        f"{cls.__name__}.{hook} takes '{strange}', which no hook is given.\n"
+        f"{cls.__name__}.{hook} takes '{strange}', which is not an argument of hooks.\n"
         + (f"Did you mean '{meant}'?  " if meant else "")
         + f"Allowed, in any order: {', '.join(ARGUMENTS[hook])}."
     )

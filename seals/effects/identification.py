@@ -208,7 +208,7 @@ class Addition:
 
 @dataclass(frozen=True, kw_only=True)
 class Subject:
-    """Vehicle whose model is identified: what effects derive their candidates from.
+    """Vehicle whose model is identified, from which effects derive their candidates.
 
     Args:
         robot: links, masses, hulls.

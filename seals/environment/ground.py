@@ -62,7 +62,7 @@ def solids_of(environment: EnvironmentSettings) -> list[Solid]:
 
 
 def ground_height(environment: EnvironmentSettings, x: float, y: float) -> float | None:
-    """Return the height of the ground below a point [m]; None where there is none.
+    """Return the height of the ground below a point [m]; None if there is none.
 
     Args:
         environment: with its levels.

@@ -81,7 +81,7 @@ def _check_shore(
     if missing:
         raise ConfigError(
             f"environment.shore needs environment.{missing[0]}, which is not given.\n"
-            "A shore climbs from tank_bottom through water_level to ground_level."
+            "A shore rises from tank_bottom through water_level to ground_level."
         )
     if not float(bottom or 0.0) < float(water or 0.0) < float(land or 0.0):
         raise ConfigError(
@@ -111,7 +111,7 @@ class EnvironmentSettings:
         restitution: coefficient of restitution of ground and bottom [1].
         friction: Coulomb friction coefficient of ground and bottom [1].
         shore: slope from the bottom through the waterline to the land.
-        obstacles: further solids that stand still, by name.
+        obstacles: further static solids, by name.
     """
 
     gravity: float = param(
@@ -179,7 +179,8 @@ def check_profiles(environment: EnvironmentSettings) -> None:
         ):
             raise ConfigError(
                 f"{where}={given} is not a profile.\n"
-                f"Allowed: rows [depth m, value {unit}] with rising depth, for instance [[0, 10]]."
+                f"Allowed: rows [depth m, value {unit}] with increasing depth, for instance "
+                "[[0, 10]]."
             )
         if not all(low <= value <= high for _, value in rows):
             raise ConfigError(f"{where}={given} is out of range.\nAllowed: {low} to {high} {unit}.")

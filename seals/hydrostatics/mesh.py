@@ -185,7 +185,7 @@ class HullMesh:
         if self.volume <= 0.0:
             raise RobotError(
                 f"the mesh encloses {self.volume:.3g} m^3.\n"
-                "Wind its faces counter-clockwise from outside, or use hull_from_mesh."
+                "Orient its faces counter-clockwise as seen from outside, or use hull_from_mesh."
             )
         self.centroid: Vector = frozen(*(whole[1:4] / self.volume).tolist())
         self._full = Wetted(self.volume, self.centroid, 0.0, ZERO)

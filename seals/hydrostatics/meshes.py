@@ -98,10 +98,10 @@ def hull_from_mesh(
         return LoadedHull(_sampled(name, corners, seed), (MeshNote(NoteKind.BROKEN, text),))
     if volume < 0.0:
         corners = corners[:, ::-1]
-        text = f"{name}: faces wound inwards (volume {volume:.4g} m^3); they were turned round."
+        text = f"{name}: faces oriented inwards (volume {volume:.4g} m^3); they were reversed."
         notes.append(MeshNote(NoteKind.FLIPPED, text))
     if abs(volume) < 1e-9 * float(np.ptp(vertices, axis=0).max()) ** 3:
-        raise RobotError(f"{name}: the mesh is flat, it encloses no volume.\nUse a closed mesh.")
+        raise RobotError(f"{name}: the mesh is flat and encloses no volume.\nUse a closed mesh.")
     hull = HullMesh(
         vertices=corners.reshape(-1, 3),
         faces=np.arange(3 * len(corners), dtype=np.int64).reshape(-1, 3),
@@ -133,7 +133,7 @@ def _read_file(path: Path) -> tuple[str, Vector, Numbers]:
             if size < 84 + 50 * count:
                 raise RobotError(
                     f"mesh file {path} declares {count} triangles ({50 * count} bytes) "
-                    f"but holds {size} bytes.\nThe file is cut short or damaged: export it again."
+                    f"but holds {size} bytes.\nThe file is truncated or damaged: export it again."
                 )
     if declared > MOST_FACES:
         raise RobotError(
@@ -208,7 +208,7 @@ def _fault(faces: Numbers) -> str | None:
     open_edges = int((counts % 2 == 1).sum())
     if open_edges:
         return f"the mesh is not watertight ({open_edges} open edges)"
-    return "the faces are not wound alike"
+    return "the faces are not consistently oriented"
 
 
 def _sampled(name: str, corners: Vector, seed: int) -> HullSamples:
@@ -303,6 +303,6 @@ def refuse_strange_format(path: Path, where: str) -> None:
         if _ENTITY.search(raw) or _OTHER_SIGNS.search(raw) or b"\0" in raw:
             raise RobotError(
                 f"{where}: '{path.name}' declares a DOCTYPE or an ENTITY, or is not UTF-8.\n"
-                "Remove it: such files can expand without end."
+                "Remove it: such files can expand without limit."
             )
     refuse_references(path, where)

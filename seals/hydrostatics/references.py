@@ -80,23 +80,23 @@ def refuse_elsewhere(name: str, path: Path, where: str) -> None:
         where: what names that file, for the message.
 
     Raises:
-        RobotError: it is absolute, an address, leads elsewhere, or is not an ordinary file.
+        RobotError: it is absolute, an address, leads elsewhere, or is not a regular file.
     """
     advice = (
-        "\nAllowed: an ordinary file in its folder, or in one beside it. Take the line out; "
-        "seals new robot NAME urdf=FILE leaves such lines out."
+        "\nAllowed: a regular file in its folder, or in a folder beside it. Remove the line; seals "
+        "new robot NAME urdf=FILE leaves such lines out."
     )
     shown = f"{where}: '{path.name}' names '{name[:80]}'"
     plain = name.replace("\\", "/").removeprefix("file://").removeprefix("package://")
     if "\0" in name or _SCHEME.match(plain) or plain.startswith(("/", "~")):
-        raise RobotError(f"{shown}, which does not name a file near it.{advice}")
+        raise RobotError(f"{shown}, which does not name a nearby file.{advice}")
     try:
         target = (path.parent / plain).resolve()
         near = target.is_relative_to(path.parent.resolve().parent)
     except (OSError, RuntimeError, ValueError) as cause:
-        raise RobotError(f"{shown}, which cannot be looked up: {cause}.{advice}") from cause
+        raise RobotError(f"{shown}, which cannot be resolved: {cause}.{advice}") from cause
     if not near:
-        raise RobotError(f"{shown}, which lies elsewhere.{advice}")
+        raise RobotError(f"{shown}, which is in another folder.{advice}")
     if os.path.lexists(target) and not target.is_dir():
         try:
             regular_file(target, most=MOST_BYTES)
@@ -161,7 +161,7 @@ def _refuse_bulk(raw: bytes, kind: str) -> None:
     if lines > MOST_LINES or words > MOST_WORDS:
         raise ValueError(
             f"it has {lines:,} lines and {words:,} words, "
-            f"allowed are {MOST_LINES:,} and {MOST_WORDS:,}"
+            f"the limits are {MOST_LINES:,} and {MOST_WORDS:,}"
         )
     if kind == ".stl" and len(_SOLIDS.findall(raw)) > MOST_SOLIDS:
         raise ValueError(f"it has more than {MOST_SOLIDS:,} solids")
@@ -222,7 +222,7 @@ def _refuse_copies(root: Any) -> None:
         """Return the corners that an element places, and some more for each part."""
         if id(element) not in known:
             if depth > 200:
-                raise ValueError("its nodes are nested without end")
+                raise ValueError("its nodes are nested without limit")
             known[id(element)] = _MOST_ELEMENTS + 1  # of a node that stands for itself
             tag, meant = _tag(element), str(element.get("url"))[1:]
             # the shape behind a controller is named somewhere else
@@ -251,7 +251,9 @@ def _of_glb(path: Path) -> Iterator[str]:
         head = stream.read(20)
         length = struct.unpack("<I", head[12:16])[0] if len(head) == 20 else 0
         if head[:4] != b"glTF" or length > path.stat().st_size:
-            raise ValueError("it does not start as a binary glTF, or declares more than it holds")
+            raise ValueError(
+                "it does not begin as a binary glTF, or declares more data than it contains"
+            )
         content = plain_json(stream.read(length))
     if not isinstance(content, dict):
         raise ValueError("its description is not a mapping")
@@ -278,21 +280,21 @@ def _refuse_hollow(content: Any) -> None:
     sizes = [_size(mesh, known) for mesh in _list(content, "meshes")]
     placed = [node["mesh"] for node in _list(content, "nodes") if "mesh" in node]
     if not all(isinstance(k, int) and 0 <= k < len(sizes) for k in placed):
-        raise ValueError("it places a mesh that it does not hold")
+        raise ValueError("it refers to a mesh that it does not contain")
     if len(placed) > MOST_COPIES or sum(sizes) + sum(sizes[k] for k in placed) > _MOST_ELEMENTS:
-        raise ValueError(f"it places {len(placed):,} parts, too many for their size")
+        raise ValueError(f"it places {len(placed):,} parts, which are too many for their size")
 
 
 def _size(mesh: dict[str, Any], counts: list[int]) -> int:
     """Return the numbers that all parts of a mesh hold, those held twice counted twice."""
     parts = _list(mesh, "primitives")
     if len(parts) > MOST_COPIES:
-        raise ValueError(f"one mesh has {len(parts):,} parts, allowed are {MOST_COPIES:,}")
+        raise ValueError(f"one mesh has {len(parts):,} parts; the limit is {MOST_COPIES:,}")
     named = [part.get("attributes") for part in parts]
     keys = [key for one in named if isinstance(one, dict) for key in one.values()]
     keys += [part["indices"] for part in parts if "indices" in part]
     if not all(isinstance(key, int) and 0 <= key < len(counts) for key in keys):
-        raise ValueError("a part names numbers that it does not hold")
+        raise ValueError("a part refers to numbers that it does not contain")
     return sum(counts[key] for key in keys)
 
 

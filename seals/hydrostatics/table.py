@@ -199,7 +199,7 @@ def _law_of(hull: Hull, cells: int | None = None, depths: int | None = None) -> 
     if not (hasattr(hull, "cut") and hasattr(hull, "extents")):
         raise RobotError(
             f"{type(hull).__name__} has no batched form.\n"
-            "Give it cut(ups, levels) and extents(ups), as HullMesh has."
+            "Implement cut(ups, levels) and extents(ups), as in HullMesh."
         )
     body = cast(Cuttable, hull)
     fits = [(c, d) for most, c, d in RESOLUTION if body.grain <= most] or [COARSEST]

@@ -32,7 +32,7 @@ def usable_device(name: str) -> str:
     if name not in DEVICES:
         meant = "cuda" if "gpu" in name.lower() or name.startswith("cuda") else name
         hint = f"device={name} is not allowed.\n{suggestion(meant, DEVICES)}"
-        which = "  Which card is told by the variable CUDA_VISIBLE_DEVICES." if ":" in name else ""
+        which = "  The variable CUDA_VISIBLE_DEVICES selects the card." if ":" in name else ""
         raise ConfigError(hint + which)
     if name == "cuda" and not torch.cuda.is_available():
         raise ConfigError(

@@ -38,10 +38,10 @@ class ExportSettings:
 
     Args:
         name: of the export, part of the name of Hydra's own folder.
-        policy: a folder that training wrote, or ``ROBOT/POLICY`` of one that is shipped.
-        format: of the file: ``onnx``.
+        policy: folder of a trained policy, or ``ROBOT/POLICY`` of a shipped policy.
+        format: format of the file: ``onnx``.
         out: file to write.
-        replace: whether it may be written over.
+        replace: whether an existing file may be overwritten.
     """
 
     name: str = "export"
@@ -65,7 +65,7 @@ def execute(config: Any) -> int:
         raise ConfigError(f"format={config.format} is not known.\n{hint}")
     out = Path(str(config.out))
     if out.suffix != ".onnx":
-        raise ConfigError(f"out={out} is no name of an ONNX file.\nSay out={out.stem}.onnx")
+        raise ConfigError(f"out={out} is not the name of an ONNX file.\nUse out={out.stem}.onnx")
     refuse_taken(out, key="out", replace=config.replace and out.is_file())
     refuse_absent(config.policy or None, "policy", "seals export policy=FOLDER")
     policy = load_policy(policy_folder(str(config.policy)))
@@ -110,7 +110,7 @@ def onnx_of(policy: NetworkPolicy) -> tuple[bytes, float]:
     if not difference <= CLOSE:
         raise SealsError(
             f"the actions of the ONNX file differ from those of the policy by {difference:.3g}.\n"
-            f"Allowed: {CLOSE:g}. Nothing was written; try another version of onnxruntime."
+            f"Allowed: {CLOSE:g}. No file was written; try another version of onnxruntime."
         )
     return content, difference
 

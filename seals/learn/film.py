@@ -80,7 +80,7 @@ def refuse_unfilmed(config: Any) -> None:
 
     Raises:
         MissingExtra: the package that draws, or the one that writes films, is not installed.
-        ConfigError: the viewer draws no frames.
+        ConfigError: the viewer renders no frames.
     """
     refuse_missing()
     renderer = build(config.viewer, where="viewer")

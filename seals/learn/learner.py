@@ -32,7 +32,7 @@ class Spaces:
     Args:
         observation_size: numbers in an observation; of ``state`` where there are pixels.
         action_size: numbers in an action, each from -1 to 1.
-        count: environments that step at once.
+        count: number of parallel environments.
         pixels: channels, height and width of the picture, or None.
         names: of the numbers of an observation; empty where nobody named them.
     """

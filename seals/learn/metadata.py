@@ -75,7 +75,8 @@ def refuse_other(folder: Path, *, form: str, key: str) -> None:
         read_metadata(folder, form=form, key=key)
     except ConfigError:
         raise ConfigError(
-            f"'{folder}' is not a folder of the format {form}, so it is kept.\nChoose another name."
+            f"'{folder}' is not a folder of the format {form}, so it is not overwritten.\n"
+            "Choose another name."
         ) from None
 
 

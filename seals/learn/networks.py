@@ -79,7 +79,7 @@ def actor_of(network: Mapping[str, Any]) -> nn.Module:
     except _UNFIT as cause:
         raise ConfigError(
             f"the description of a policy cannot be used: {cause!r}.\n"
-            "It belongs to the card.json that the training wrote; train again if it is lost."
+            "Restore the card.json that the training wrote, or train again."
         ) from cause
 
 
@@ -145,7 +145,7 @@ def encoder_of(pixels: Mapping[str, Any]) -> nn.Module:
     if size < least:
         raise ConfigError(
             f"pictures of {size} pixels are too small for layers of strides {strides}.\n"
-            f"Allowed: from {least} pixels on; or give learner.strides fewer or smaller steps."
+            f"Allowed: from {least} pixels on; or use fewer or smaller learner.strides."
         )
     located = pixels.get("pool", POOLS[0]) == "places"
     convolutions = ConvNet(

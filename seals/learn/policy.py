@@ -123,7 +123,7 @@ def load_policy(folder: str | Path, *, device: str = "cpu") -> NetworkPolicy:
     except RuntimeError as cause:
         words = " ".join(str(cause).split())
         raise ConfigError(
-            f"policy={folder}: weights and metadata do not belong together: {words[:300]}\n"
-            "Take the folder as the training wrote it."
+            f"policy={folder}: weights and metadata do not match: {words[:300]}\n"
+            "Use the folder as written by the training."
         ) from cause
     return NetworkPolicy(network.to(device), metadata)

@@ -111,7 +111,9 @@ def task_of(metadata: Mapping[str, Any], *, where: str) -> Any:
 
     given = read(list[str], metadata.get("overrides"), where=f"{where}: overrides")
     words = [word for word in given if _of_task(word)]
-    refuse_dangerous(words, where=f"{where}: the card", remedy="Take the folder as it was trained.")
+    refuse_dangerous(
+        words, where=f"{where}: the card", remedy="Use the folder as written by the training."
+    )
     config = compose(words, root="learn")
     refuse_values(config, root="learn", words=(), where=f"{where}: the card")
     return build(config.task, where=f"{where}: task")

@@ -70,7 +70,7 @@ def training_seed(seed: int) -> int:
     """
     if not 0 <= seed < TRAINING_END:
         raise SealsError(
-            f"seed={seed} belongs to the starts that judge a policy.\n"
+            f"seed={seed} is reserved for the evaluation of policies.\n"
             f"Allowed for training: 0 to {TRAINING_END - 1}"
         )
     return seed

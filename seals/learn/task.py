@@ -173,7 +173,7 @@ class WorldTask(Protocol):
 
 
 class Watcher(Protocol):
-    """What turns the pictures of an episode into the state that a policy is told."""
+    """Converter of the pictures of an episode into the state that a policy receives."""
 
     def begin(self) -> None:
         """Forget everything: an episode begins."""
@@ -189,10 +189,10 @@ class Watcher(Protocol):
 
 @runtime_checkable
 class SeeingTask(Protocol):
-    """Further methods of a task whose policies are told of the target what cameras see."""
+    """Further methods of a task whose policies know the target only from camera images."""
 
     def watcher(self) -> Watcher:
-        """Return what sees, for one world.
+        """Return the watcher of one world.
 
         Raises:
             SealsError: it cannot be loaded.

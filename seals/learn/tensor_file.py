@@ -67,7 +67,7 @@ def read_tensors(path: Path, *, most: int, framework: str = "numpy") -> dict[str
     from safetensors import SafetensorError
 
     if not path.is_file() or path.is_symlink():
-        raise ConfigError(f"{path} is missing.\nGive a folder as it was written.")
+        raise ConfigError(f"{path} is missing.\nGive an unmodified folder.")
     if path.stat().st_size > most:
         raise ConfigError(f"{path} has {path.stat().st_size} bytes.\nAllowed: {most}")
     try:

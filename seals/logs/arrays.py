@@ -61,7 +61,7 @@ def read_npz(path: str | Path, names: Sequence[str]) -> dict[str, Floats]:
                     + suggestion(missing[0], present, label="Arrays there")
                 )
             if sum(sizes[f"{name}.npy"] for name in names) > MOST_BYTES:
-                raise LogError(f"'{file}' unpacks to more than {MOST_BYTES:,} bytes.")
+                raise LogError(f"'{file}' decompresses to more than {MOST_BYTES:,} bytes.")
             return {name: _parse(f"{file}:{name}", archive.read(f"{name}.npy")) for name in names}
     except _ARCHIVE as error:
         raise LogError(f"'{file}' is not a valid .npz file ({error}).\nFetch it again.") from error
@@ -94,14 +94,14 @@ def _parse(where: str, raw: bytes) -> Floats:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise LogError(f"'{where}' is not a valid NumPy array ({reason}).") from error
     if dtype.kind not in "fiu":
-        raise LogError(f"'{where}' holds {dtype}, numbers are needed.")
+        raise LogError(f"'{where}' contains {dtype}, but numbers are needed.")
     declared, held = math.prod(shape) * dtype.itemsize, len(raw) - stream.tell()
     if any(isinstance(size, bool) for size in shape):
         raise LogError(f"'{where}' declares the shape {shape}; whole numbers are needed.")
     if declared == held and math.prod(shape) > MOST_VALUES:
         # small ones take eight times the room as the numbers of a log
         raise LogError(
-            f"'{where}' holds {math.prod(shape):,} numbers, allowed are {MOST_VALUES:,}."
+            f"'{where}' holds {math.prod(shape):,} numbers; the limit is {MOST_VALUES:,}."
         )
     if declared != held or min(shape, default=1) < 0:
         raise LogError(

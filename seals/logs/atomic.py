@@ -50,7 +50,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     target.parent.mkdir(parents=True, exist_ok=True)
     if target.is_dir() and not target.is_symlink():
         raise SealsError(
-            f"'{target}' is a folder, and a file of that name is to be written.\n"
+            f"'{target}' is a folder, but a file of that name must be written.\n"
             "Move it away, or choose another place."
         )
     beside = _beside(target)

@@ -45,16 +45,16 @@ class AxesSettings:
             ``neu`` (left-handed: positions only).
         body: axes of gyroscope, accelerometer, body velocities and attitude: ``flu``, ``frd``,
             ``rfu``.
-        imu: axes of gyroscope and accelerometer where they are others than ``body``; empty else.
-        position: where x, y, z of the world are found among the columns of the position, such as
+        imu: axes of gyroscope and accelerometer if they differ from ``body``; else empty.
+        position: columns of the position that contain x, y, z of the world, such as
             ``[y,x,-z]``; empty for those of ``world``.
-        heading: by which the position's axes are turned about the vertical against the attitude's
+        heading: rotation of the position axes about the vertical relative to the attitude axes
             [rad]; the position is turned back by it.
-        quaternion: order in which the columns w, x, y, z were filled: ``wxyz`` or ``xyzw``.
-        inverse: whether the quaternion turns world vectors into body vectors.
-        euler: turns of ``roll``, ``pitch``, ``yaw`` that make the attitude, as in SciPy: ``ZYX``
+        quaternion: order of the components in the columns w, x, y, z: ``wxyz`` or ``xyzw``.
+        inverse: whether the quaternion rotates world vectors into body axes.
+        euler: order of the rotations ``roll``, ``pitch``, ``yaw``, as in SciPy: ``ZYX``
             for yaw, pitch, roll about the body's own axes; small letters for fixed axes.
-        velocity: ``body``, or ``world`` where the velocity stands in world axes.
+        velocity: axes of the velocity, ``body`` or ``world``.
     """
 
     world: str = "enu"
@@ -115,14 +115,14 @@ def with_axes(log: Log, axes: AxesSettings) -> tuple[Log, list[str]]:
     if axes.position:
         said.append(f"position x, y, z are its columns {', '.join(axes.position)}")
     if axes.heading:
-        said.append(f"the position was turned by {-axes.heading:.4g} rad about the vertical")
+        said.append(f"the position was rotated by {-axes.heading:.4g} rad about the vertical")
     if "orientation_w" in log.columns:
         log = _turned_attitude(log, world, body)
     if _one_of(axes.velocity, ("body", "world"), "axes.velocity") == "world":
         # what stands in world columns was turned with the body axes above: undone here
         log = _turned(log, ["velocity"], world @ body.T)
         log = _into_body(log)
-        said.append("velocity was turned from world into body axes")
+        said.append("velocity was rotated from world to body axes")
     return log, said
 
 
@@ -226,7 +226,7 @@ def _into_body(log: Log) -> Log:
     if not np.any(held & np.isfinite(velocity).all(axis=1)):
         raise LogError(
             "axes.velocity=world needs velocity and orientation in the same rows.\n"
-            "Give rate=HZ: then all channels share rows."
+            "Give rate=HZ, so that all channels share rows."
         )
     turned = np.full(velocity.shape, np.nan)
     turned[held] = unrotate(matrix_of(q[held]), velocity[held])

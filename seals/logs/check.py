@@ -104,7 +104,7 @@ def _repeated(starts: Floats, steps: Floats) -> list[Finding]:
     if not same.any():
         return []
     text = (
-        f"{same.sum()} time stamps repeat the one before.\n"
+        f"{same.sum()} time stamps equal the preceding one.\n"
         "Keep one row for each time; merge rows that carry different sensors."
     )
     return [_time("time_repeated", text, count=int(same.sum()), where=_first(starts, same))]
@@ -126,7 +126,7 @@ def _gaps(starts: Floats, steps: Floats, median: float) -> list[Finding]:
         return []
     text = (
         f"{gaps.sum()} gaps, the longest {steps.max():.6g} s, where the usual step is "
-        f"{median:.6g} s. Nothing is interpolated across them."
+        f"{median:.6g} s. Gaps are not interpolated."
     )
     where = _first(starts, gaps)
     return [_time("gaps", text, severity=Severity.WARN, count=int(gaps.sum()), where=where)]
@@ -144,7 +144,7 @@ def _jitter(rising: Floats) -> list[Finding]:
 
 def _unit(median: float) -> list[Finding]:
     if 0.0 < median < _SHORTEST_STEP:
-        text = f"the usual step is {median:.6g} s: no sensor is as fast. Is the time in days?\n"
+        text = f"the usual step is {median:.6g} s: no sensor is that fast. Is the time in days?\n"
         text += f"Allowed: steps from {_SHORTEST_STEP:g} s, with the time in seconds."
         return [_time("time_too_fast", text)]
     if median <= _LONGEST_STEP:
@@ -152,7 +152,8 @@ def _unit(median: float) -> list[Finding]:
     absurd = median >= _ABSURD_STEP
     text = f"the usual step is {median:.6g} s. Is the time in {guessed(median)}?\n"
     text += (
-        "Say so: seals convert log=FILE out=FOLDER reader=csv 'reader.units={t: ms}', or divide."
+        "State it: seals convert log=FILE out=FOLDER reader=csv 'reader.units={t: ms}', or "
+        "convert the times."
     )
     severity = Severity.REFUSE if absurd else Severity.WARN
     return [_time("time_unit", text, severity=severity)]
@@ -179,7 +180,7 @@ def _span(log: Log, median: float) -> list[Finding]:
             text = (
                 f"its {time.size:,} rows span {span:.6g} s ({span / 86400.0:.4g} days), "
                 f"{steps:.4g} of the usual steps of {median:.6g} s.\n"
-                "Remove stamps that are wrong, or give separate runs a 'segment' number each."
+                "Remove wrong time stamps, or give each run its own 'segment' number."
             )
             found.append(_time("time_span", text, count=int(time.size)))
     return found[:1]

@@ -32,10 +32,10 @@ _CONVENTIONS = {
     "w, x, y, z": "",
     "x, y, z, w": "the quaternion's order looks like x, y, z, w.\n"
     "Convert it with axes.quaternion=xyzw",
-    "inverse": "the quaternion looks inverted: it turns world vectors into body vectors.\n"
+    "inverse": "the quaternion looks inverted: it rotates world vectors into body axes.\n"
     "Convert it with axes.inverse=true",
     "flipped": "gyroscope and attitude disagree in the sign of y and z: one has body axes with z "
-    "down (FRD).\nConvert it with axes.imu=frd; where the attitude is the wrong one, with "
+    "down (FRD).\nConvert it with axes.imu=frd; if the attitude is wrong, with "
     "axes.body=frd axes.imu=flu",
 }
 
@@ -148,8 +148,9 @@ def _mounting(gyro: Floats, rate: Floats) -> str:
         return ""
     rpy = ", ".join(f"{angle + 0.0:.3f}" for angle in turn.as_euler("xyz"))
     return (
-        f"it follows the attitude's rates in axes turned by {np.degrees(turn.magnitude()):.0f} "
-        f"degrees: the sensor is mounted so.\nUnless robot.yaml states it, add there: "
+        "it follows the rates of the attitude in axes rotated by "
+        f"{np.degrees(turn.magnitude()):.0f} "
+        f"degrees: this is the mounting of the sensor.\nUnless robot.yaml states it, add there: "
         f"sensors: {{imu: {{rpy: [{rpy}]}}}}"
     )
 
@@ -178,8 +179,8 @@ def _gravity(log: Log) -> list[Finding]:
     if upward > -4.9:
         return []
     text = (
-        f"turned into the world, the accelerometer reads {upward:.3g} m/s^2 upwards, +9.81 is "
-        "meant: the axes look like FRD and NED (z down).\n"
+        f"rotated to world axes, the accelerometer reads {upward:.3g} m/s^2 upwards instead of "
+        "+9.81: the axes look like FRD and NED (z down).\n"
         "Convert it with axes.world=ned axes.body=frd"
     )
     return [_finding("frame_down", "specific_force", text, refuse=True, count=int(good.sum()))]
@@ -197,7 +198,7 @@ def _depth(log: Log) -> list[Finding]:
     if likeness < _SURE:
         return []
     text = "depth rises with height: depth is positive down, position_z positive up (ENU).\n"
-    text += "Turn the sign of the one that is wrong."
+    text += "Reverse the sign of the wrong one."
     return [_finding("depth_sign", "depth", text, refuse=True, count=int(good.sum()))]
 
 
@@ -276,7 +277,7 @@ def check_thrust(log: Log, vehicle: Mapping[str, Any]) -> list[Finding]:
             found.append(_finding("unit_rotor_speed", channel, advice, refuse=True))
         elif abs(math.log(ratio)) > math.log(_ODD):
             advice = (
-                f"{text}.\nLook at thrust_coefficient, max_speed and mass of the robot, and at "
+                f"{text}.\nCheck thrust_coefficient, max_speed and mass of the robot, and "
                 "motors.command, motors.range and motors.order."
             )
             found.append(_finding("thrust_unlike_weight", channel, advice, refuse=False))
@@ -368,10 +369,12 @@ def _axes(moved: Floats, felt: Floats) -> list[Finding]:
     first = likely[0]
     left = all(_left(axes) for axes in likely)
     more = " or ".join(f"[{','.join(axes)}]" for axes in likely[1:3])
+    both = f" (or {more}: this motion is consistent with both)" if more else ""
     text = (
-        "its second derivative follows the accelerometer, turned by the attitude, only with other "
+        "its second derivative follows the accelerometer, rotated by the attitude, only with "
+        "different "
         f"axes{': it is mirrored (left-handed)' if left else ''}.\nConvert it with "
-        f"axes.position=[{','.join(first)}]{f' (or {more}: this motion fits both)' if more else ''}"
+        f"axes.position=[{','.join(first)}]{both}"
     )
     return [_warn("position_axes", "position", text, refuse=True)]
 
@@ -400,8 +403,9 @@ def _heading(moved: Floats, felt: Floats) -> list[Finding]:
     if abs(angle) < _TURN:
         return []
     text = (
-        f"its axes are turned by {math.degrees(angle):.3g} deg about the vertical against those of "
-        f"the attitude.\nConvert it with axes.heading={angle:.4g}, or turn the attitude."
+        f"its axes are rotated by {math.degrees(angle):.3g} deg about the vertical against "
+        "those of "
+        f"the attitude.\nConvert it with axes.heading={angle:.4g}, or rotate the attitude."
     )
     return [_warn("position_heading", "position", text)]
 
@@ -423,9 +427,9 @@ def _attitude(moved: Floats, attitude: Floats, force: Floats, felt: Floats) -> l
     if ours > 0.3:
         return []
     text = (
-        f"turned by the attitude, the accelerometer does not follow the second derivative of the "
-        f"position (correlation {ours:.2g}).\nAre all three of one vehicle, one clock and one "
-        "world? See axes.* and late= of seals convert."
+        f"rotated by the attitude, the accelerometer does not follow the second derivative of the "
+        f"position (correlation {ours:.2g}).\nDo all three belong to one vehicle, one clock and "
+        "one world frame? See axes.* and late= of seals convert."
     )
     return [_warn("motion_unlike", "position", text)]
 
@@ -445,6 +449,6 @@ def _clocks(log: Log) -> list[Finding]:
     text = (
         f"inertial channels are {abs(offset.late):.3f} s {which} against the pose "
         "(gyroscope against attitude).\n"
-        f"Put the pose on their clock: seals convert ... 'late={{{pose}}}'"
+        f"Correct the clock of the pose: seals convert ... 'late={{{pose}}}'"
     )
     return [_warn("time_offset", "angular_velocity", text)]

@@ -84,8 +84,10 @@ def _accelerometer(log: Log) -> list[Finding]:
                 )
             ]
     if not 0.8 < size / STANDARD_GRAVITY < 1.25:
-        text = f"in quiet moments the accelerometer reads {size:.4g} m/s^2; at rest it is 9.81. "
-        text += "Is gravity removed, or the unit another?"
+        text = (
+            f"at low accelerations the accelerometer reads {size:.4g} m/s^2; at rest it is 9.81. "
+        )
+        text += "Was gravity removed, or is the unit different?"
         return [_warn("rest_force", "specific_force", text, len(means))]
     return _sign(log, means)
 
@@ -96,9 +98,9 @@ def _sign(log: Log, means: Floats) -> list[Finding]:
     if upward > -0.8 or log.has("orientation"):
         return []
     text = (
-        f"at rest z reads {upward * STANDARD_GRAVITY:.4g} m/s^2, +9.81 is meant: body axes with z "
-        "down (FRD), or the sign of acceleration instead of specific force.\n"
-        "Turn y and z (FRD to FLU); ignore this when the vehicle lies upside down."
+        f"at rest z reads {upward * STANDARD_GRAVITY:.4g} m/s^2 instead of +9.81: body axes with z "
+        "down (FRD), or acceleration instead of specific force.\n"
+        "Reverse y and z (FRD to FLU); ignore this if the vehicle lies upside down."
     )
     return [_warn("frame_down", "specific_force", text, len(means))]
 
@@ -174,8 +176,9 @@ def check_filled(log: Log) -> list[Finding]:
     first, start = float(log.time.min()), float(log.time[longest[0]])
     text = (
         f"all inertial channels run in straight lines for {total:.3g} s in {len(runs)} "
-        f"stretch(es), the longest {_seconds(log, longest):.3g} s: lost samples were filled in.\n"
-        f"Keep what was measured: seals convert ... span=[{first:.4g},{start:.4g}]"
+        f"stretch(es), the longest {_seconds(log, longest):.3g} s: lost samples were "
+        "interpolated.\n"
+        f"Keep only measured samples: seals convert ... span=[{first:.4g},{start:.4g}]"
     )
     return [
         Finding(
@@ -254,7 +257,7 @@ _MEANT = {
     "z": "position_z",
 }
 """Names that other programs give a channel of ours."""
-_EULER = " With roll and pitch it makes the attitude: axes.euler=ZYX, or another order."
+_EULER = " Together with roll and pitch it gives the attitude: axes.euler=ZYX, or another order."
 
 
 def check_values(log: Log) -> list[Finding]:
@@ -277,7 +280,7 @@ def _channels(log: Log) -> list[Finding]:
             close = _MEANT.get(stem.casefold()) or nearest(stem, CHANNELS)
             hint = f" Did you mean '{close}'?" if close else ""
             hint = _EULER if stem == "yaw" else hint
-            text = f"not a known channel; it is carried along and not used.{hint}"
+            text = f"not a known channel; it is kept but not used.{hint}"
             found.append(_about(stem, "unknown_channel", text, Severity.NOTE))
             continue
         absent = [f"{stem}_{x}" for x in known.suffixes if f"{stem}_{x}" not in log.columns]
@@ -341,7 +344,9 @@ def _flat(name: str, values: Floats, times: Floats) -> list[Finding]:
     # rounding leaves differences far below the step of any sensor
     moving = steps[steps > 1e-6 * np.ptp(values)]
     if np.mean(steps == 0.0) > _MOSTLY:
-        text = f"{np.mean(steps == 0.0):.0%} of the samples repeat the one before: a slower sensor "
+        text = (
+            f"{np.mean(steps == 0.0):.0%} of the samples equal the preceding one: a slower sensor "
+        )
         text += "written at the rate of the log, or a coarse one."
         return [_about(name, "held_samples", text, Severity.NOTE, count=int(np.sum(steps == 0.0)))]
     found: list[Finding] = []
@@ -351,8 +356,8 @@ def _flat(name: str, values: Floats, times: Floats) -> list[Finding]:
         count, first = _clipped(values == level, steps, float(np.min(moving)))
         if count:
             text = (
-                f"{count} samples stand at {level:.6g}, {word} which nothing is reported: the "
-                "sensor is at the end of its range."
+                f"{count} samples are at {level:.6g}, {word} which there are no readings: the "
+                "sensor is saturated."
             )
             where = float(times[first])
             found.append(_about(name, "saturated", text, count=count, where=where))

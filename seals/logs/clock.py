@@ -31,7 +31,7 @@ _FAST = ("specific_force", "angular_velocity", "rotor_speed")
 def in_seconds(
     time: Floats, segment: NDArray[Any], *, named: str = "", channels: Iterable[str] = ()
 ) -> tuple[Floats, dict[str, Any]]:
-    """Return stamps in seconds, and the detected unit; empty where they are seconds already.
+    """Return stamps in seconds, and the detected unit; empty if they are seconds already.
 
     Converted stamps start at zero: as seconds since 1970 they would lose their last digits.
 
@@ -68,7 +68,7 @@ def remark(clock: Mapping[str, Any]) -> str:
         >>> remark({"unit": "ms", "start": 2.5})
         'the stamps stand in ms and were converted to s; the first is 2.5 s.'
     """
-    return f"the stamps stand in {clock['unit']} and were converted to s; the first is " + (
+    return f"the time stamps are in {clock['unit']} and were converted to s; the first is " + (
         f"{float(clock['start']):.10g} s."
     )
 

@@ -93,8 +93,8 @@ class ColumnMap:
             ready = self._in_si(values, theirs, ours, where)
         if np.any(np.isfinite(values) & ~np.isfinite(ready)):
             raise LogError(
-                f"{where} '{theirs}': scale, offset and unit give numbers beyond what a "
-                "number can hold.\nGive smaller ones."
+                f"{where} '{theirs}': scale, offset and unit give numbers that are too "
+                "large.\nGive smaller ones."
             )
         return ready
 

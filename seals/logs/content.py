@@ -17,7 +17,7 @@ _MAVLINK = (0xFE, 0xFD)
 _CENTURY = (946_684_800_000_000, 4_102_444_800_000_000)
 """Microseconds since 1970, from the year 2000 to 2100."""
 BLACKBOX = b"H Product:Blackbox"
-"""First bytes of a log of Betaflight as recorded."""
+"""First bytes of a raw log of Betaflight."""
 DECODE = "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"
 """Command of the program of Betaflight that makes tables of its logs."""
 _TABLE = re.compile(rb"[^\r\n\0]*[,;\t|][^\r\n\0]*\r?\n")
@@ -38,22 +38,22 @@ _STARTS: tuple[tuple[bytes, str], ...] = (
 _REFUSED: tuple[tuple[bytes, str, str], ...] = (
     (
         BLACKBOX,
-        "a log of Betaflight as recorded",
+        "a raw log of Betaflight",
         f"Decode it: {DECODE}; then convert the table",
     ),
-    (b"#ROSBAG V1", "a bag of an old ROS", "Convert it: rosbag migrate OLD NEW"),
-    (b"FMT, 128,", "a DataFlash log as text", "Take the .bin from which it was made"),
-    (b"PK\x03\x04", "a ZIP archive (or a workbook)", "Unpack it, or save the sheet as CSV"),
+    (b"#ROSBAG V1", "a bag of an old ROS version", "Convert it: rosbag migrate OLD NEW"),
+    (b"FMT, 128,", "a DataFlash log as text", "Use the .bin file from which it was made"),
+    (b"PK\x03\x04", "a ZIP archive (or a workbook)", "Decompress it, or save the sheet as CSV"),
     (b"7z\xbc\xaf\x27\x1c", "a 7z archive", "Unpack it"),
     (b"Rar!", "a RAR archive", "Unpack it"),
     (b"BZh", "packed with bzip2", "Unpack it: bunzip2 FILE"),
     (b"\xfd7zXZ\0", "packed with xz", "Unpack it: unxz FILE"),
-    (b"\x28\xb5\x2f\xfd", "packed with zstd", "Unpack it: zstd -d FILE"),
+    (b"\x28\xb5\x2f\xfd", "packed with zstd", "Decompress it: zstd -d FILE"),
     (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the file itself: git lfs pull"),
-    (b"RRF", "a recording of Rerun", "Record as MCAP, too, or write its numbers as a CSV table"),
+    (b"RRF", "a recording of Rerun", "Record as MCAP as well, or write its numbers as a CSV table"),
     (b"PAR1", "a Parquet table", "Name it log.parquet, in a folder with meta.yaml: reader=native"),
     (b"{", "JSON", "Write its numbers as a table: CSV with a column for the time"),
-    (b"<", "XML or a page of the web", "Download the log itself, or write a CSV table"),
+    (b"<", "XML or a web page", "Download the log itself, or write a CSV table"),
 )
 """First bytes -> what it is, and the next step."""
 
@@ -80,7 +80,7 @@ def reader_by_content(
             return reader
     for magic, what, remedy in _REFUSED:
         if start.startswith(magic):
-            raise LogError(f"'{place}' is {what}, which no reader takes.\n{remedy}")
+            raise LogError(f"'{place}' is {what}, which no reader accepts.\n{remedy}")
     return "csv" if _TABLE.match(start) and _is_text(start) else None
 
 

@@ -90,10 +90,10 @@ def log_of_columns(
     ready = {ours: chosen.converted(raw[theirs], theirs, ours) for theirs, ours in mapping.items()}
     segment = ready.pop("segment", np.zeros(0))
     if len(ready) < 2:
-        raise LogError(f"'{path}' holds no column of numbers besides the time.")
+        raise LogError(f"'{path}' has no column of numbers except the time.")
     # beyond 2^53 a float tells no whole numbers apart
     if not np.all((np.abs(segment) < 2.0**53) & (segment == np.round(segment))):
-        raise LogError(f"'{path}': the segment column must hold a whole number in every row.")
+        raise LogError(f"'{path}': the segment column must contain an integer in every row.")
     title, known = name or Path(path).name.split(".")[0], dict(meta or {})
     if not any(clock in entry for entry in (chosen.units, chosen.scale, chosen.offset)):
         ready["t"], found = in_seconds(ready["t"], segment, named=clock, channels=ready)

@@ -228,8 +228,8 @@ def _fetch(dataset: Dataset, file: DataFile, root: str) -> Path:
         state = f"is '{root}', which lacks {dataset.folder}/{file.name}" if root else "is not set"
         reason = type(error).__name__
         raise LogError(
-            f"data set '{dataset.folder}': {OFFLINE} {state}, and {address} did not answer as "
-            f"expected ({reason}).\nConnect to the network, or set {OFFLINE} to a folder that "
+            f"data set '{dataset.folder}': {OFFLINE} {state}, and {address} gave no valid "
+            f"response ({reason}).\nConnect to the network, or set {OFFLINE} to a folder that "
             f"holds {dataset.folder}/{file.name}."
         ) from error
     return Path(got)

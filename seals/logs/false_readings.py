@@ -76,7 +76,7 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
     for stem in (s for s in _POSE if log.has(s)):
         false = _leaps(log, stem)
         if false.any():
-            said.append(f"{stem} leaps away and back in {false.sum()} rows: left out")
+            said.append(f"{stem} jumps away and back in {false.sum()} rows: left out")
         _without(columns, stem, false)
     return replace(log, columns=columns), said
 

@@ -140,7 +140,9 @@ def _vector(log: str, key: str, value: ArrayLike) -> Floats:
     try:
         array: Floats = np.asarray(value, dtype=np.float64).view()
     except (TypeError, ValueError) as error:
-        raise LogError(f"log '{log}': column '{key}' does not hold numbers ({error}).") from error
+        raise LogError(
+            f"log '{log}': column '{key}' does not contain numbers ({error})."
+        ) from error
     if array.ndim != 1:
         raise LogError(f"log '{log}': column '{key}' has shape {array.shape}, allowed is (rows,).")
     array.flags.writeable = False

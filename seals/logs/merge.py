@@ -59,19 +59,20 @@ def merge(streams: Sequence[Stream], *, where: str) -> tuple[dict[str, Floats], 
     """
     full = [_sorted(stream, where) for stream in streams if stream.stamps.size and stream.columns]
     if not full:
-        raise LogError(f"'{where}' holds no sample of a channel that a log can hold.")
+        raise LogError(f"'{where}' contains no sample of a known channel.")
     _refuse_twice(full, where)
     stamps = np.unique(np.concatenate([stream.stamps for stream in full]))
     width = 1 + sum(len(stream.columns) for stream in full)
     if stamps.size * width > MOST_CELLS:
         raise LogError(
-            f"'{where}' makes a table of {stamps.size:,} rows and {width} columns, allowed are "
-            f"{MOST_CELLS:,} values.\nTake fewer topics (topics=[...]), or cut the log."
+            f"'{where}' makes a table of {stamps.size:,} rows and {width} columns; the limit is "
+            f"{MOST_CELLS:,} values.\nUse fewer topics (topics=[...]), or shorten the log."
         )
     if stamps[-1] - stamps[0] > _LONGEST:
         raise LogError(
             f"'{where}' has stamps {(stamps[-1] - stamps[0]) / 8.64e10:.0f} days apart.\n"
-            "Two clocks? Choose the topics of one, or clock=record where the reader has it."
+            "Two clocks? Choose the topics of one clock, or clock=record if the reader has this "
+            "option."
         )
     table = {"t": (stamps - stamps[0]) * 1e-6}
     for stream in full:
@@ -97,7 +98,7 @@ def _sorted(stream: Stream, where: str) -> Stream:
     if steps.size and steps.min() < -_JUMP:
         raise LogError(
             f"'{where}': the clock of '{stream.name}' falls back by {-steps.min() * 1e-6:.3g} s.\n"
-            "It was reset while recording: cut the log there."
+            "It was reset during the recording: split the log there."
         )
     order = np.argsort(stream.stamps, kind="stable")
     last = np.append(np.diff(stream.stamps[order]) > 0, True)

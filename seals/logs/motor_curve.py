@@ -74,7 +74,7 @@ class MotorCurve:
         curve = np.asarray([list(p) for p in self.points], dtype=float)
         if len(self.points) and (len(curve) < 2 or np.any(np.diff(curve, axis=0) <= 0)):
             raise LogError(
-                "motors.points is not a rising curve.\nWrite: [[0, 0], [0.5, 600], [1, 900]], "
+                "motors.points is not an increasing curve.\nWrite: [[0, 0], [0.5, 600], [1, 900]], "
                 "share of the range and rotor speed [rad/s]"
             )
 
@@ -133,8 +133,8 @@ def recognised(values: Floats, stated: str = "") -> str:
     if whole and high <= 2047.0:
         return "dshot"
     raise LogError(
-        f"motor commands from {low:g} to {high:g} are of no kind that the values alone tell.\n"
-        f"Say which: motors.command= one of {', '.join(COMMANDS)}"
+        f"motor commands from {low:g} to {high:g} cannot be recognised from their values.\n"
+        f"Name the kind: motors.command= one of {', '.join(COMMANDS)}"
     )
 
 
@@ -206,7 +206,7 @@ def _columns(curve: MotorCurve, motors: int, rotors: int) -> list[int]:
     if len(order) != rotors or any(not 1 <= k <= motors for k in order):
         raise LogError(
             f"the log has commands of {motors} motors, the robot {rotors} rotors.\n"
-            f"Say which motor drives each rotor: motors.order={list(range(1, rotors + 1))}"
+            f"State which motor drives each rotor: motors.order={list(range(1, rotors + 1))}"
         )
     return [k - 1 for k in order]
 

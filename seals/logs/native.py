@@ -56,11 +56,13 @@ def read_native(folder: str | Path) -> Log:
         )
     foreign = foreign_log(place)
     if foreign:
-        raise LogError(f"{foreign}.\nThey were mixed: take the log from where it was written.")
+        raise LogError(
+            f"{foreign}.\nFiles of different logs are mixed: use the original log folder."
+        )
     if not (place / "meta.yaml").exists():
         raise LogError(
             f"'{place}' holds no meta.yaml beside {table.name}.\n"
-            "Let it be written, with a map of the columns: "
+            "Create it with a map of the columns: "
             f"seals convert log={table} map=FILE.yaml out=FOLDER"
         )
     meta = read_meta(place / "meta.yaml")
@@ -187,5 +189,5 @@ def _segment(table: Path, values: Floats | None) -> Integers:
     if values is None:
         return np.zeros(0, dtype=np.int64)
     if not np.all(np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 2**53)):
-        raise LogError(f"'{table}': column 'segment' must hold a whole number in every row.")
+        raise LogError(f"'{table}': column 'segment' must contain an integer in every row.")
     return values.astype(np.int64)

@@ -48,7 +48,7 @@ def logs_by(reader: Reader, source: str | Path | None) -> list[Log]:
         own = type(reader)
         raise BrokenPlugin(
             f"reader {own.__module__}:{own.__qualname__} returns a {type(odd[0]).__name__}, not "
-            "logs.\nIts read() is to return a list of seals.logs.Log: take another reader."
+            "logs.\nIts read() must return a list of seals.logs.Log: use another reader."
         )
     return found
 

@@ -56,7 +56,7 @@ def _part(log: Log, rate: float, late: Mapping[str, float]) -> Log:
     first, last = float(log.time.min()), float(log.time.max())
     rows = int((last - first) * rate + 1e-6) + 1
     if rate and rows * len(log.columns) > MOST_CELLS:
-        raise LogError(f"rate={rate:g} makes {rows:,} rows.\nTake a lower rate, or cut the log.")
+        raise LogError(f"rate={rate:g} makes {rows:,} rows.\nUse a lower rate, or shorten the log.")
     time = first + np.arange(rows) / rate if rate else log.time
     columns: dict[str, Floats] = {"t": time}
     for stem in log.channels():

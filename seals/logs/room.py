@@ -53,8 +53,10 @@ def words(path: str | Path | None) -> str:
     """
     what = f" for {path}" if path else ""
     return (
-        f"there is no room left on the disk{what}.\nWhat was finished before is whole. Make room, "
-        "then go on: resume=FOLDER where the command takes it, the same words again elsewhere."
+        f"there is no space left on the disk{what}.\nFiles that were finished before are "
+        "complete. Free some "
+        "space, then continue: with resume=FOLDER if the command accepts it, otherwise with the "
+        "same arguments."
     )
 
 

@@ -142,7 +142,7 @@ def _locked(folder: Path) -> int | None:
         except OSError as error:
             if error.errno in _NO_LOCKS:
                 os.close(descriptor)
-                print(f"note: {folder} lies on a disk without locks: {error}", file=sys.stderr)
+                print(f"note: {folder} is on a disk without file locks: {error}", file=sys.stderr)
                 return None
             if not isinstance(error, BlockingIOError):
                 os.close(descriptor)
@@ -151,7 +151,7 @@ def _locked(folder: Path) -> int | None:
         time.sleep(_PAUSE)
     raise ConfigError(
         f"{folder} is in use: {_holder(path)} writes into it.\n"
-        "Wait for its end, or choose another folder: hydra.run.dir=FOLDER"
+        "Wait until it ends, or choose another folder: hydra.run.dir=FOLDER"
     )
 
 
@@ -176,7 +176,7 @@ def open_own(path: Path, flags: int) -> int:
 
 
 def _strange(path: Path) -> ConfigError:
-    return ConfigError(f"{path} is not an ordinary file.\nRemove it, or choose another folder.")
+    return ConfigError(f"{path} is not a regular file.\nRemove it, or choose another folder.")
 
 
 def _refuse_links(folder: Path) -> None:
@@ -190,8 +190,8 @@ def _refuse_links(folder: Path) -> None:
         linked = [path] if path.is_symlink() else [one.path for one in inside if one.is_symlink()]
         if linked:
             raise ConfigError(
-                f"{linked[0]} is a link, which leads out of its run folder.\n"
-                "Put what it names in its place, or choose another folder: hydra.run.dir=FOLDER"
+                f"{linked[0]} is a link that leads outside its run folder.\n"
+                "Replace the link by its target, or choose another folder: hydra.run.dir=FOLDER"
             )
 
 
@@ -249,7 +249,7 @@ class Claim:
     def close(self) -> None:
         """Release the lock."""
         if self.earlier is not None and self.earlier.is_dir():
-            print(f"note: what an earlier run left there is in {self.earlier}", file=sys.stderr)
+            print(f"note: files of an earlier run were moved to {self.earlier}", file=sys.stderr)
         self._held.close()
 
 
@@ -340,11 +340,11 @@ def refuse_cut_run(folder: Path) -> None:
     begun = (FACTS, LOCK, *((NOTES,) if earlier else ()))
     if not any((folder / name).exists() for name in begun):
         return
-    state = "still goes on" if alive(folder) else "was cut off before it wrote one"
+    state = "still goes on" if alive(folder) else "was interrupted before it wrote one"
     other = f"; that of the run before it is in {earlier[-1]}" if earlier else ""
     raise LogError(
         f"'{folder}' holds no log: the run in it {state}{other}.\n"
-        "Let a run come to its end there, or give the folder of another log."
+        "Complete a run there, or give the folder of another log."
     )
 
 

@@ -93,11 +93,12 @@ def _walk(stream: BinaryIO, file: Path, chunk: Any, most: int) -> int:
             counted = _COUNTED.get(int(header[1]))
             more = int(header[counted][1]) if counted else 0
         except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
-            raise _unsound(file, "a page without a sound header") from error
+            raise _unsound(file, "a page without a valid header") from error
         held, count = held + unpacked, count + 1
         if min(unpacked, packed, more) < 0 or held > _WIDEST * chunk.num_values + _SLACK:
             raise _unsound(
-                file, f"{chunk.num_values:,} numbers that unpack to {max(held, unpacked):,} bytes"
+                file,
+                f"{chunk.num_values:,} numbers that decompress to {max(held, unpacked):,} bytes",
             )
         if more > chunk.num_values:
             raise _unsound(file, f"{more:,} values in a page of {chunk.num_values:,}")
@@ -216,7 +217,7 @@ def read_parquet(path: str | Path, *, wanted: Collection[str] | None = None) -> 
         wanted: columns to read; None takes every numeric column.
 
     Raises:
-        LogError: the file is damaged or too large, or a known channel does not hold numbers.
+        LogError: the file is damaged or too large, or a known channel does not contain numbers.
     """
     import pyarrow as pa
     from pyarrow import parquet
@@ -289,7 +290,7 @@ def read_csv_columns(
     if wanted is None:
         layout = _layout_hint(raw, "", delimiter, skip_lines) if len(names) == 1 else ""
         if layout:
-            raise LogError(f"'{path}' has one column only, '{names[0][:80]}'.\n{layout}")
+            raise LogError(f"'{path}' has only one column, '{names[0][:80]}'.\n{layout}")
     elif missing := [name for name in wanted if name not in names]:
         there = _layout_hint(raw, missing[0], delimiter, skip_lines)
         there = there or suggestion(missing[0], names, label="Columns there")
@@ -353,7 +354,7 @@ def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: in
 
 def _too_wide(file: str | Path, width: int) -> LogError:
     return LogError(
-        f"'{file}' has {width:,} columns, allowed are {MOST_COLUMNS:,}.\nSplit the log first."
+        f"'{file}' has {width:,} columns; the limit is {MOST_COLUMNS:,}.\nSplit the log first."
     )
 
 
@@ -375,7 +376,7 @@ def _layout_hint(raw: bytes, sought: str, delimiter: str, skip_lines: int) -> st
     said = [f"delimiter={mark!r}"] if mark != delimiter else []
     said += [f"skip_lines={first}"] if first != skip_lines else []
     found = f"Line {first + 1} looks like the header: {lines[first][:80]}"
-    return f"{found}\nSay {', '.join(said)}" if said else ""
+    return f"{found}\nUse {', '.join(said)}" if said else ""
 
 
 def _must_be_numbers(names: list[str]) -> list[str]:
@@ -427,7 +428,7 @@ def _check_size(file: Path, rows: int, width: int) -> None:
     """Refuse a table above the bound; print the expected memory and time of a large one."""
     if rows * max(width, 1) > MOST_VALUES:
         raise LogError(
-            f"'{file}' declares {rows:,} rows of {width} columns, allowed are {MOST_VALUES:,} "
+            f"'{file}' declares {rows:,} rows of {width} columns; the limit is {MOST_VALUES:,} "
             "values.\nSplit the log first."
         )
     if rows * width > _LARGE:

@@ -162,7 +162,7 @@ class Assembly:
 
     @cached_property
     def _rigid(self) -> RigidInertias | None:
-        """Return the inertias in rigid-body form; None where they are not rigid."""
+        """Return the inertias in rigid-body form; None if they are not rigid."""
         return RigidInertias.of(self.inertia)
 
     def _composed(

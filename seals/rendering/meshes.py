@@ -42,7 +42,7 @@ def triangles(shape: Shape) -> tuple[Floats, NDArray[np.int64]]:
         corners, faces = _ball()
         return shape.size[0] * corners, faces
     if shape.kind == "plane":
-        raise ConfigError("a plane has no triangles.\nDraw it as the half space that it is.")
+        raise ConfigError("a plane has no triangles.\nDraw it as a half space.")
     radius, length = shape.size
     # A cylinder or a capsule along z
     r, half = radius * _swelling(), 0.5 * length

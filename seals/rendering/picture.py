@@ -28,7 +28,7 @@ class Picture(NamedTuple):
         colour: linear red, green, blue, 0 to 1, shape (N, C, H, W, 3).
         depth: along the optical axis [m], infinite where nothing is met, shape (N, C, H, W).
         parts: what is met, as a place in the scene's ``names``, shape (N, C, H, W).
-        normals: outward, world axes, zero where nothing is met, shape (N, C, H, W, 3); None unless
+        normals: outward, world axes, zero if nothing is met, shape (N, C, H, W, 3); None unless
             asked for.
     """
 
@@ -91,7 +91,7 @@ def png(image: NDArray[np.uint8] | NDArray[np.uint16]) -> bytes:
     colour = image.ndim == 3 and image.shape[2] == 3
     if image.dtype not in (np.uint8, np.uint16) or not (image.ndim == 2 or colour):
         raise ConfigError(
-            f"an image of shape {image.shape} and type {image.dtype} makes no PNG.\n"
+            f"an image of shape {image.shape} and type {image.dtype} cannot be written as PNG.\n"
             "Allowed: grey of 8 or 16 bits, colour of 8 bits."
         )
     from PIL import Image

@@ -116,7 +116,7 @@ def _shape(settings: RobotSettings, link: str, shape: ShapeSettings) -> Hull:
         folder = Path(settings.folder).resolve()
         if not (folder / shape.file).resolve().is_relative_to(folder):
             raise RobotError(
-                f"robot.hulls.{link}: '{shape.file}' lies outside {folder}.\n"
+                f"robot.hulls.{link}: '{shape.file}' is outside {folder}.\n"
                 "Keep meshes in the robot's folder."
             )
         return hull_from_mesh(folder / shape.file, position=shape.position, rpy=shape.rpy).hull

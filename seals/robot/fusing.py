@@ -41,7 +41,8 @@ def fused(
     unknown = sorted(set(keep) - set(robot.links))
     if unknown or len(joints) != robot.tree.joints:
         raise ConfigError(
-            f"robot '{robot.name}' cannot be held: {unknown or list(joints)} do not fit.\n"
+            f"robot '{robot.name}' cannot have its joints held: {unknown or list(joints)} do "
+            "not fit.\n"
             f"Allowed: {robot.tree.joints} joint values and links of {list(robot.links)}."
         )
     held = np.array(joints, dtype=float)

@@ -58,7 +58,7 @@ def main(path: str, *given: str) -> str:
 
         del yaml  # imported before the bounds stand
     except ImportError as cause:
-        return json.dumps({"refused": f"the package xacro is not sound: {cause}"})
+        return json.dumps({"refused": f"the package xacro is not usable: {cause}"})
     home = Path(path).resolve()
     os.environ.clear()
     bound(SECONDS, MOST_MEMORY)
@@ -125,14 +125,14 @@ def _may_read(words: tuple[Any, ...], near: tuple[Path, ...], code: tuple[str, .
         return
     target = Path(place)
     if not any(_plainly_in(target, folder) for folder in near):
-        why = f"it lies elsewhere; allowed are files in {', '.join(map(str, near))}"
+        why = f"it is elsewhere; only files in {', '.join(map(str, near))} are allowed"
         raise PermissionError(errno.EACCES, why, str(name))
     try:
         status = os.stat(place)
     except OSError:
         return  # to be reported by who opens it
     if not stat.S_ISREG(status.st_mode) or status.st_size > MOST_BYTES:
-        why = f"it is not an ordinary file of up to {MOST_BYTES:,} bytes"
+        why = f"it is not a regular file of up to {MOST_BYTES:,} bytes"
         raise PermissionError(errno.EACCES, why, str(name))
 
 
@@ -142,7 +142,7 @@ def _may_list(name: Any, near: tuple[Path, ...], code: tuple[str, ...]) -> None:
     if any(place == entry or place.startswith(entry + os.sep) for entry in code):
         return
     if not any(_plainly_in(Path(place), folder) for folder in near):
-        raise PermissionError(errno.EACCES, "macros look into no other folder", str(name))
+        raise PermissionError(errno.EACCES, "macros may not read other folders", str(name))
 
 
 def _plainly_in(target: Path, folder: Path) -> bool:

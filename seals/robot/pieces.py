@@ -126,8 +126,8 @@ def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
         size = tuple(float(getattr(hull, name)) for name in fields)
     else:
         raise RobotError(
-            f"a hull of the kind {type(hull).__name__} has no surface to put into a fluid.\n"
-            "Allowed: sphere, box, cylinder, capsule, mesh, and what is made of them."
+            f"a hull of the kind {type(hull).__name__} has no surface for a fluid.\n"
+            "Allowed: sphere, box, cylinder, capsule, mesh, and combinations of them."
         )
     turn = np.array(known.axes).T
     return (Piece(kind, size, np.array(known.position), turn, volume=volume),)

@@ -79,7 +79,7 @@ def read_robot(folder: Path, *, name: str | None = None) -> RobotFile:
 
 
 def robot_of(raw: Mapping[str, Any], folder: Path, *, name: str | None = None) -> RobotFile:
-    """Check what a ``robot.yaml`` says.
+    """Check the content of a ``robot.yaml``.
 
     Args:
         raw: its content as plain data.
@@ -101,7 +101,7 @@ def robot_of(raw: Mapping[str, Any], folder: Path, *, name: str | None = None) -
         )
     if not (folder / urdf).resolve().is_relative_to(folder.resolve()):
         raise RobotError(
-            f"{path}: urdf '{urdf}' lies outside {folder}.\nKeep the URDF in the robot's folder."
+            f"{path}: urdf '{urdf}' is outside {folder}.\nKeep the URDF in the robot's folder."
         )
     settings = RobotSettings(
         name=name or found.name or folder.resolve().name,
@@ -138,7 +138,7 @@ def taken_name(
     plugin = values.pop(kind, None)
     if not isinstance(plugin, str):
         raise error(
-            f"{where} does not say which {kind} it is.\n"
+            f"{where} does not name its {kind}.\n"
             f"Add the line '{kind}: NAME'; the names are shown by: seals list {kind}"
         )
     return plugin

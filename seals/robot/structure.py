@@ -100,7 +100,7 @@ def expanded(
     if not _installed():
         raise MissingExtra(
             f"URDF {path} holds xacro macros, which need the package xacro; it is not installed.\n"
-            "Install it: pip install xacro. Or expand the file where it is: "
+            "Install it: pip install xacro. Or expand the file elsewhere: "
             "xacro model.urdf.xacro > model.urdf"
         )
     done = run_bounded(
@@ -119,7 +119,7 @@ def expanded(
         text = answer.get("urdf")
     except (ValueError, AttributeError) as cause:
         code = f"the process that expands them ended with code {done.returncode}"
-        why = "its macros compute too long" if out_of_time(done.returncode, 0) else code
+        why = "its macros take too long" if out_of_time(done.returncode, 0) else code
         raise _refused(path, why) from cause
     if not isinstance(text, str):
         raise _refused(path, str(answer.get("refused")))
@@ -137,7 +137,7 @@ def _refused(path: Path, why: str) -> RobotError:
     return RobotError(
         f"URDF {path}: xacro cannot expand it: {why}.\n"
         "An argument without a default: arg=NAME=VALUE. A package of $(find NAME): package="
-        "NAME=FOLDER. The environment is not known here: expand it where it is."
+        "NAME=FOLDER. Environment variables are not available here: expand the file where they are."
     )
 
 
@@ -196,7 +196,7 @@ def _parsed(where: str, text: str) -> Element:
     if holds_macros(text):
         advice = (
             "Expand it first: xacro model.urdf.xacro > model.urdf; "
-            "or let it be done: seals new robot NAME urdf=FILE"
+            "or import it: seals new robot NAME urdf=FILE"
         )
         raise RobotError(f"{where} holds xacro macros.\n{advice}")
     try:
@@ -208,8 +208,8 @@ def _parsed(where: str, text: str) -> Element:
         ) from cause
     if root.tag != "robot":
         raise RobotError(
-            f"{where} holds a <{root.tag}>, not a <robot>.\n"
-            "A robot folder holds a URDF; seals new robot also takes xacro, SDF and MJCF."
+            f"{where} contains a <{root.tag}>, not a <robot>.\n"
+            "A robot folder contains a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
 
@@ -221,7 +221,7 @@ def _unique(where: str, kind: str, elements: list[Element]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
     if twice:
         raise RobotError(
-            f"{where}: the {kind} '{twice[0]}' occurs twice.\nGive every {kind} a name of its own."
+            f"{where}: the {kind} '{twice[0]}' occurs twice.\nGive every {kind} a different name."
         )
 
 
@@ -250,7 +250,7 @@ def _shape(where: str, shape: Element) -> None:
             if min(map(abs, scale)) < _FINEST:
                 raise RobotError(
                     f"{where}: mesh has scale='{shape.get('scale')}'.\n"
-                    f"Allowed: factors of {_FINEST:g} or more, or their negatives."
+                    f"Allowed: factors of {_FINEST:g} or more, or their negative values."
                 )
         return
     for name, count in _SHAPES.get(shape.tag, {}).items():

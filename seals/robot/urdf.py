@@ -83,12 +83,12 @@ def _refuse_huge_mesh(where: str, target: Path) -> None:
         raise RobotError(
             f"{where} has, or declares, {max(size, declared) / 1e6:.0f} MB.\n"
             f"Allowed: up to {_LARGEST_MESH / 1e6:.0f} MB; "
-            "simplify it (some 1,000 triangles will do)."
+            "simplify it (about 1,000 triangles are enough)."
         )
     if declared > size:
         raise RobotError(
             f"{where} declares {declared} bytes and holds {size}.\n"
-            "It is cut short or damaged: copy or export it again."
+            "It is truncated or damaged: copy or export it again."
         )
 
 
@@ -187,7 +187,7 @@ def _text_of(path: Path) -> bytes:
         raise RobotError(f"URDF {path} cannot be read: {cause}.\nGive an ordinary file.") from cause
     if not raw.strip():
         raise RobotError(
-            f"URDF {path} is empty.\nIt must hold one <robot> element with at least one <link>."
+            f"URDF {path} is empty.\nIt must contain one <robot> element with at least one <link>."
         )
     try:
         text = raw.decode("utf-8")
@@ -201,7 +201,7 @@ def _text_of(path: Path) -> bytes:
     if re.search(r"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RobotError(
             f"URDF {path} declares a DOCTYPE or an ENTITY.\n"
-            "Remove it: such files can expand without end."
+            "Remove it: such files can expand without limit."
         )
     check_structure(path, text.removeprefix("\ufeff"))
     # refuse a URDF that refers to images or shapes outside its folder
@@ -235,7 +235,8 @@ def _parse(path: Path, raw: bytes) -> Any:
     robot = loaded.robot
     if not robot.links:
         raise RobotError(
-            f"URDF {path} has no links.\nIt must hold one <robot> element with at least one <link>."
+            f"URDF {path} has no links.\nIt must contain one <robot> element with at least one "
+            "<link>."
         )
     if len(robot.links) > MOST_LINKS:
         raise RobotError(f"URDF {path} has {len(robot.links)} links.\nAllowed: up to {MOST_LINKS}.")
@@ -269,7 +270,7 @@ def _link(path: Path, link: Any) -> UrdfLink:
     if out.mass > 0.0 and moments[-1] > (moments[0] + moments[1]) * (1.0 + 1e-3) + 1e-15:
         raise RobotError(
             f"{where}: the principal moments {moments[0]:.3g}, {moments[1]:.3g}, {moments[2]:.3g} "
-            "kg m^2 break the triangle inequality.\n"
+            "kg m^2 violate the triangle inequality.\n"
             "No body has such an inertia: the largest is at most the sum of the other two. Correct "
             "ixx, iyy or izz in the file."
         )
@@ -325,7 +326,7 @@ def _tree_order(path: Path, names: list[str], joints: list[UrdfJoint]) -> list[s
         if joint.child in parent_of:
             raise RobotError(
                 f"URDF {path}: link '{joint.child}' has two parent joints.\n"
-                "A link hangs on one joint only."
+                "A link has only one parent joint."
             )
         parent_of[joint.child] = joint.parent
         children[joint.parent].append(joint.child)

@@ -31,7 +31,7 @@ def with_number(text: str, path: Sequence[str], change: Callable[[float], float]
     numbers = node.value if _kind(node) == "sequence" else [node]
     seen = [one for one in _nodes(root) if any(one is other for other in (node, *numbers))]
     if len(seen) != len({id(one) for one in (node, *numbers)}):
-        raise _by_hand(path, "stands at several places, by an alias")
+        raise _by_hand(path, "is used at several places through an alias")
     # from the last one on: what stands before keeps its place
     for one in reversed(numbers):
         old = _scalar(one)
@@ -103,7 +103,7 @@ def refuse_braces(text: str, path: Sequence[str]) -> None:
     """
     if _found(_root(text), path).flow_style:
         raise ConfigError(
-            f"robot.yaml: {'.'.join(path)} is written in braces.\nWrite one line an entry."
+            f"robot.yaml: {'.'.join(path)} is written in braces.\nWrite one line per entry."
         )
 
 

@@ -103,7 +103,8 @@ def run_into(
             aside = set_aside(folder, notes=False)
         if (folder / ROBOT).exists() and not (folder / "meta.yaml").exists():
             raise ConfigError(
-                f"{folder} holds a folder '{ROBOT}' of your own, where a run writes its robot.\n"
+                f"{folder} holds a folder '{ROBOT}' of your own, in the place where a run "
+                "writes its robot.\n"
                 "Choose another folder: out=NAME"
             )
         try:
@@ -180,7 +181,7 @@ def _run_into(
     remarks = missed(record) + find_unused(settings, overrides) + find_conflicts(settings)
     remarks += find_left_out(settings)
     remarks += [] if original is None else _verdict(folder, original)
-    remarks += [] if cut is None else [f"Taken up at the last checkpoint of {cut}."]
+    remarks += [] if cut is None else [f"Continued from the last checkpoint of {cut}."]
     views = views_of(record, settings)
     report = write_report(folder, record, settings, views, facts)
     try:
@@ -200,8 +201,8 @@ def _refuse_company(overrides: list[str], key: str) -> None:
     others = [word for word in overrides if word.partition("=")[0].lstrip("+") != key]
     if others:
         raise ConfigError(
-            f"{key}= takes a run as it was; it cannot be changed by {others[0]}.\n"
-            f"Leave the others out, or write the new run without {key}=."
+            f"{key}= repeats a run unchanged; it cannot be combined with {others[0]}.\n"
+            f"Leave out the other arguments, or start a new run without {key}=."
         )
 
 

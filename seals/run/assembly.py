@@ -133,8 +133,9 @@ def _build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
     if missing:
         name = plugin_name("guide", type(settings.guide))
         raise ConfigError(
-            f"guide={name} needs the sensor '{missing[0]}', which the robot does not have: without "
-            "it an object is not found.\n"
+            f"guide={name} needs the sensor '{missing[0]}', which the robot does not have: "
+            "without it "
+            "objects are not detected.\n"
             f"Add object and sensors, as experiment=grasp_lift does.  "
             f"{suggestion(missing[0], settings.sensors, label='Sensors')}"
         )
@@ -234,10 +235,11 @@ def _check_step(settings: RunSettings, robot: RobotModel) -> None:
         # a step that was computed may miss the bound by a rounding
         if step > longest * (1.0 + 1e-9):
             raise ConfigError(
-                f"time.step={step:g} is too long for controller.rate={rate:g}: called so seldom, "
-                "the controller does not hold the robot.\n"
+                f"time.step={step:g} is too long for controller.rate={rate:g}: at this low rate "
+                "the "
+                "controller does not stabilise the robot.\n"
                 f"Allowed: time.step up to {longest:.3g}; or controller.rate={1.0 / step:.3g} with "
-                "gains made for it."
+                "gains for this rate."
             )
     _check_springs(settings, robot)
 

@@ -93,7 +93,7 @@ def _instance(name: Any, section: str) -> str:
     """Return the name of an instance, which is part of columns and of folders."""
     if not _NAME.fullmatch(str(name)):
         raise ConfigError(
-            f"{section}.{name!s:.80}: no such name can be given.\n"
+            f"{section}.{name!s:.80}: this name is not allowed.\n"
             "Allowed: letters, digits, '_' and '-', up to 120."
         )
     return str(name)
@@ -115,7 +115,7 @@ def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
     if overlay.waves is not None:
         if type(values["wave"]) is not get("wave", "still").load():
             raise ConfigError(
-                f"model '{overlay.name}' and the run both bring waves.\nLeave one of them out."
+                f"model '{overlay.name}' and the run both define waves.\nLeave one of them out."
             )
         out["wave"] = overlay.waves
     return out
@@ -138,6 +138,6 @@ def _check(settings: RunSettings) -> None:
     hide(settings.hide, stated, settings.wave)
     if settings.guide is not None and settings.controller is None:
         raise ConfigError(
-            "guide is given, and no controller that follows it.\nChoose one: controller=NAME.  "
+            "guide is given without a controller that follows it.\nChoose one: controller=NAME.  "
             f"{suggestion('', names('controller'), label='Installed')}"
         )

@@ -78,7 +78,7 @@ def interval_of(settings: RunSettings) -> float:
     """Return the wall time between two checkpoints of a run; 0 for none [s].
 
     Raises:
-        ConfigError: they are asked for and the backend cannot be kept on disk.
+        ConfigError: they are asked for and the backend cannot be saved.
     """
     storing = isinstance(settings.backend, Storing)
     if settings.checkpoint is None:
@@ -86,7 +86,7 @@ def interval_of(settings: RunSettings) -> float:
     if settings.checkpoint > 0.0 and not storing:
         raise ConfigError(
             f"checkpoint={settings.checkpoint:g}: backend '{type(settings.backend).__name__}' "
-            "cannot be kept on disk.\nRun without checkpoints: checkpoint=0"
+            "cannot be saved.\nRun without checkpoints: checkpoint=0"
         )
     return settings.checkpoint
 
@@ -102,7 +102,7 @@ def write_checkpoint(folder: Path, world: World, books: Any) -> None:
         books: what was recorded so far: arrays, numbers, text, containers and registered records.
 
     Raises:
-        ConfigError: a part of the run cannot be kept on disk.
+        ConfigError: a part of the run cannot be saved.
         DiskFull: there is no room; the earlier one stands.
     """
     beside = folder.with_name(f".{folder.name}.new")
@@ -139,7 +139,7 @@ def _write(beside: Path, world: World, books: Any) -> None:
         write_state(beside / STATE, KIND, state)
     except TypeError as cause:
         raise ConfigError(
-            f"the state of this run cannot be kept on disk: {cause}.\n"
+            f"the state of this run cannot be saved: {cause}.\n"
             "Run without checkpoints: checkpoint=0"
         ) from cause
     descriptor = os.open(beside / SCENE, os.O_RDONLY)
@@ -172,7 +172,7 @@ def take_up(kept: Path, world: World, *, most: int = MOST_BYTES) -> Any:
             raise ValueError("it is a link")
         state = read_state(kept / STATE, KIND, most=most)
         if not isinstance(state, dict) or set(state) != _ENTRIES:
-            raise ValueError("its state has other entries")
+            raise ValueError("its state has different entries")
         _refuse_other_world(state["world"], world)
         _restore(state, _scene(kept / SCENE, state["scene"]), world)
         return state["books"]
@@ -258,7 +258,7 @@ def _scene(path: Path, digest: Any) -> bytes:
     if len(content) > MOST_SCENE:
         raise ValueError(f"{path.name} has more than {MOST_SCENE:,} bytes")
     if _digest(content) != digest:
-        raise ValueError(f"{path.name} was cut short or damaged, or belongs to another state")
+        raise ValueError(f"{path.name} is truncated or damaged, or belongs to another state")
     return content
 
 
@@ -277,13 +277,14 @@ def checkpoint_of(run: Path) -> Path:
         return folder
     if (folder / OLD).exists():
         raise ConfigError(
-            f"resume={run}: the checkpoint in this folder is a pickle, as SEALS wrote them before; "
-            "whoever made it could have it run commands, so it is no longer read.\n"
+            f"resume={run}: the checkpoint in this folder is a pickle, as written by earlier "
+            "versions "
+            "of SEALS; such a file could run commands, so it is not read.\n"
             "Run it again: repeat=FOLDER"
         )
     raise ConfigError(
-        f"resume={run}: there is no checkpoint in this folder; a run that was completed keeps "
-        "none.\nStart again with repeat=FOLDER, and keep checkpoints: checkpoint=60"
+        f"resume={run}: there is no checkpoint in this folder; a completed run has no "
+        "checkpoint.\nStart again with repeat=FOLDER, and save checkpoints: checkpoint=60"
     )
 
 

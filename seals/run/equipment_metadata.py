@@ -68,7 +68,7 @@ def vehicle_of(robot: RobotModel, actuators: Mapping[str, Any]) -> dict[str, Any
 
 
 def datasheet_of(folder: str | Path) -> dict[str, Any]:
-    """Return the data sheet in a robot's folder; empty where there is none.
+    """Return the data sheet in a robot's folder; empty if there is none.
 
     Raises:
         SealsError: the file is damaged, or an entry is of another kind than a log states.

@@ -26,7 +26,7 @@ def carrying(plant: Plant, start: Configuration) -> Floats:
     wet = level is not None and float(start.position[2]) < level
     if wet or set(layout.kind) != {ROTOR}:
         raise ConfigError(
-            "initial.drives=carrying is for robots with rotors that start in the air.\n"
+            "initial.drives=carrying requires a robot with rotors that starts in the air.\n"
             "Allowed here: initial.drives=rest"
         )
     speeds = carrying_speeds(plant, start.joints)

@@ -45,8 +45,8 @@ def sink(settings: RunSettings, actors: Sequence[Actor]) -> None:
     environment = settings.environment
     if environment.water_level is None:
         raise ConfigError(
-            f"fluid={settings.fluid.name} has no water level to fill up to.\n"
-            "Choose both at once: water=particles; or give environment.water_level=0"
+            f"fluid={settings.fluid.name} has no water level.\n"
+            "Choose both together: water=particles; or give environment.water_level=0"
         )
     bodies = [g.body for a in actors if a.immersion is not None for g in a.immersion.groups]
     solids = solids_of(environment)
@@ -104,5 +104,5 @@ def refuse_fluid(settings: RunSettings, purpose: str) -> None:
         raise ConfigError(
             f"{purpose} cannot follow fluid={settings.fluid.name}: "
             "it needs a law for every force.\n"
-            "Take the coefficients: water=fossen, or simulate with seals run."
+            "Use coefficients: water=fossen, or simulate with seals run."
         )

@@ -28,7 +28,7 @@ class LiveOutput(Protocol):
         """
 
     def tick(self, world: World) -> None:
-        """Send the world after a step, and take what has arrived."""
+        """Send the state of the world after a step, and receive incoming messages."""
 
     def close(self) -> None:
         """Release connections and files."""
@@ -38,7 +38,7 @@ class Pace:
     """Limit of the speed of a simulation against the clock.
 
     Args:
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
     """
 
     def __init__(self, speed: float) -> None:

@@ -66,7 +66,7 @@ def check_objects(objects: dict[str, ObjectSettings]) -> None:
         if not name.isidentifier() or name == "robot":
             raise ConfigError(
                 f"objects.{name}: '{name}' cannot name an object.\n"
-                "Allowed: letters, digits and '_', no digit in front, and not 'robot'."
+                "Allowed: letters, digits and '_', not beginning with a digit, and not 'robot'."
             )
         if not settings.robot:
             raise ConfigError(

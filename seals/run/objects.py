@@ -232,7 +232,7 @@ def chosen(kind: str, wanted: Any, found: RobotFile, *, where: str) -> Any:
     asked = given.pop(kind, name)
     if asked is None:
         raise ConfigError(
-            f"{place}: neither the run nor '{found.settings.name}' says which.\n"
+            f"{place}: neither the run nor '{found.settings.name}' names one.\n"
             f"{suggestion('', registry.names(kind), label='Installed')}"
         )
     # values of the folder belong to the plug-in that the folder names

@@ -76,9 +76,7 @@ def copy_own(file: Path, target: Path) -> None:
             with target.open("wb") as copy:
                 shutil.copyfileobj(source, copy)
     except StateError as cause:
-        raise ConfigError(
-            f"{file} is not taken over: {cause}.\nRun it again: repeat=FOLDER"
-        ) from cause
+        raise ConfigError(f"{file} is not copied: {cause}.\nRun it again: repeat=FOLDER") from cause
 
 
 class InstantFiles(Recorder):
@@ -96,7 +94,7 @@ class InstantFiles(Recorder):
     def __init__(self, key: str, every: float, fluid: Fluid | None) -> None:
         if fluid is None:
             raise ConfigError(
-                f"{key}={every:g}: the run has no water of particles.\n"
+                f"{key}={every:g}: the run has no particle water.\n"
                 f"Choose it, or leave {key} out: water=particles"
             )
         self._key, self._every = key, every

@@ -71,13 +71,13 @@ class Pictures(Recorder):
         for name in self.rows:
             columns = kept[name]
             if columns and set(columns) != set(COLUMNS):
-                raise ValueError(f"the index of camera '{name}' has other columns")
+                raise ValueError(f"the index of camera '{name}' has different columns")
             count = len(columns["number"]) if columns else 0
             table = np.zeros((len(columns), count))
             for row, column in zip(table, columns.values(), strict=True):
                 refill(row, column, count)
             if columns and (columns["number"] != np.arange(count)).any():
-                raise ValueError(f"the pictures of camera '{name}' are not numbered one by one")
+                raise ValueError(f"the pictures of camera '{name}' are not numbered consecutively")
             self.rows[name] = [dict(zip(columns, row, strict=True)) for row in table.T.tolist()]
 
     def close(self) -> None:

@@ -33,7 +33,7 @@ class _TableRecorder(Recorder):
         self._rows.restore(kept, rows)
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows as columns of a log; empty where nothing is recorded."""
+        """Return the first ``rows`` rows as columns of a log; empty if nothing is recorded."""
         return self._rows.columns(rows)
 
 
@@ -178,7 +178,7 @@ class Contacts(Recorder):
     def restore(self, kept: Sequence[tuple[float, float]], rows: int, folder: Path) -> None:
         """Continue after the contacts of a snapshot."""
         if not fits(kept, list[tuple[float, float]]):
-            raise ValueError("its contacts are no list of begins and ends")
+            raise ValueError("its contacts are not a list of beginnings and ends")
         self.spans = list(kept)
 
     def described(self) -> dict[str, Any]:
@@ -215,7 +215,7 @@ class Stages(Recorder):
     def restore(self, kept: Sequence[tuple[float, str]], rows: int, folder: Path) -> None:
         """Continue after the stages of a snapshot."""
         if not fits(kept, list[tuple[float, str]]):
-            raise ValueError("its stages are no list of times and names")
+            raise ValueError("its stages are not a list of times and names")
         self.starts = list(kept)
 
     @property

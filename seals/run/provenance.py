@@ -146,8 +146,8 @@ def noted_digest(folder: Path, name: str) -> str | None:
         near = False
     if not near or Path(name).is_absolute():
         raise LogError(
-            f"run.json names '{name[:80]}' as a file of the robot in {folder}, which lies "
-            "elsewhere.\nRestore it, or run again."
+            f"run.json names '{name[:80]}' as a file of the robot in {folder}, which is in "
+            "another folder.\nRestore it, or run again."
         )
     return digest(folder / name)
 

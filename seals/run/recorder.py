@@ -55,7 +55,7 @@ class Recorder(Protocol):
 
         Args:
             world: before its next step.
-            folder: of the run; None where nothing is written to disk.
+            folder: of the run; None if nothing is written to disk.
 
         Raises:
             SealsError: the run cannot start.
@@ -66,7 +66,7 @@ class Recorder(Protocol):
         """Record an instant."""
 
     def snapshot(self) -> Any:
-        """Return a copy or a view of what was recorded so far; None where nothing is kept."""
+        """Return a copy or a view of what was recorded so far; None if nothing is kept."""
         return None
 
     def restore(self, kept: Any, rows: int, folder: Path) -> None:
@@ -125,7 +125,7 @@ class Rows:
         self.count = rows
 
     def columns(self, rows: int) -> dict[str, Floats]:
-        """Return the first ``rows`` rows as columns of a log; empty where nothing is recorded."""
+        """Return the first ``rows`` rows as columns of a log; empty if nothing is recorded."""
         if not len(self.values):
             return {}
         table = self.values[:rows]

@@ -79,18 +79,20 @@ def _read(folder: Path, key: str) -> dict[str, Any]:
         what = "no run in this folder" if folder.is_dir() else "no such folder"
         raise ConfigError(
             f"{key}={folder}: there is {what}.\n"
-            "Give the folder of a run; it holds .hydra/config.yaml and run.json."
+            "Give the folder of a run; it contains .hydra/config.yaml and run.json."
         )
     raw: dict[str, Any] = read_file(
         dict[str, Any], path, remedy="Give the folder of a run: restore the file, or start again."
     )
     if not path.read_bytes().endswith(b"\n"):
         # what is missing at its end would become default values
-        raise ConfigError(f"{path} was cut short.\nRestore it, or start again with the same words.")
+        raise ConfigError(
+            f"{path} is truncated.\nRestore it, or start again with the same arguments."
+        )
     refuse_lookups(
         raw,
         where=str(path),
-        remedy="A run keeps the values it found: write the value itself, or start the run anew.",
+        remedy="A run stores resolved values: write the value itself, or start a new run.",
     )
     refuse_growth(raw)
     return raw
@@ -123,7 +125,8 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
         config.robot.folder = str(kept)
         return
     raise RobotError(
-        f"{key}={folder}: {', '.join(changed[:3])} in {robot} changed or vanished since.\n"
+        f"{key}={folder}: {', '.join(changed[:3])} in {robot} changed or disappeared since the "
+        "run.\n"
         "Restore the robot's files as they were, or run again."
     )
 
@@ -134,8 +137,9 @@ def _same_object(folder: Path, name: str, noted: _Files, key: str) -> None:
     changed = [file for file, code in noted.files.items() if noted_digest(home, file) != code]
     if changed:
         raise RobotError(
-            f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', changed "
-            "or vanished since.\nRestore the files as they were, or run again."
+            f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', "
+            "changed or "
+            "disappeared since the run.\nRestore the files as they were, or run again."
         )
 
 

@@ -23,11 +23,11 @@ from seals.schema import parameters_of, vector_groups
 _FILES = (
     ("log.parquet, meta.yaml", "motion and readings, in the format of a measured log"),
     ("ledger.parquet", "force and torque of every effect on every link at every step"),
-    ("fluid.parquet", "particles, compression, books of momentum and gauges, with a fluid"),
-    ("surface/", "meshes of the water's surface, with surface=SECONDS"),
-    ("particles/", "some of the water's particles, with particles=SECONDS"),
-    ("checkpoint/", "the last state of a run that was cut off, for resume=FOLDER"),
-    ("robot/robot.yaml", "the robot as it ran"),
+    ("fluid.parquet", "particles, compression, momentum balance and gauges, with a fluid"),
+    ("surface/", "meshes of the water surface, with surface=SECONDS"),
+    ("particles/", "a subset of the particles, with particles=SECONDS"),
+    ("checkpoint/", "the last state of an interrupted run, for resume=FOLDER"),
+    ("robot/robot.yaml", "the robot as simulated"),
     ("run.json", "versions, seed, revision, time"),
     (".hydra/", "the configuration, resolved"),
     ("plots/", "the charts as pictures"),
@@ -83,7 +83,9 @@ def _overview(record: Record, settings: RunSettings) -> list[Block]:
         blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
     elif record.ending is Ending.interrupted:
         blocks.append(
-            Paragraph(text="The run was interrupted; this is what there was.", tone="warn")
+            Paragraph(
+                text="The run was interrupted; the report covers the part before.", tone="warn"
+            )
         )
     return [*blocks, Facts(values=_key_figures(record, settings)), *_clipped(record, settings)]
 
@@ -96,8 +98,8 @@ def _clipped(record: Record, settings: RunSettings) -> list[Block]:
         source = record.log.meta["sensors"]["channels"].get(stem, {}).get("sensor")
         end = getattr(settings.sensors.get(source), field, None)
         if end and np.nanmax(np.abs(record.log.channel(stem)), initial=0.0) >= 0.999 * end:
-            words = f"came to the end of its range in {stem} ({end:g})"
-            text = f"Sensor '{source}' {words}: its peaks are cut off."
+            words = f"saturated in {stem} ({end:g})"
+            text = f"Sensor '{source}' {words}: its peaks are clipped."
             found.append(Paragraph(text=text, tone="warn"))
     return found
 
@@ -114,7 +116,7 @@ def _key_figures(record: Record, settings: RunSettings) -> dict[str, str]:
         figures["touches water at"] = f"{touch:.3f} s" if touch > 0.0 else "the start"
     if settings.environment.water_level is not None:
         deepest = settings.environment.water_level - float(np.nanmin(height))
-        figures["greatest depth of the origin"] = (
+        figures["maximum depth of the origin"] = (
             f"{deepest:.3f} m" if deepest > 0.0 else "stays above"
         )
     figures["greatest speed"] = f"{np.nanmax(speed):.3g} m/s"
@@ -133,11 +135,14 @@ def _load_section(record: Record, views: Views, settings: RunSettings) -> Sectio
     if not blocks:
         blocks = [Paragraph(text="No effect acted on the robot.")]
     silent = [name for name in settings.effects if name not in record.ledger.effects]
-    more = f" Not forces, and therefore not here: {', '.join(silent)}." if silent else ""
+    more = (
+        f" These effects are not forces and are not shown: {', '.join(silent)}." if silent else ""
+    )
     return Section(
         title="Forces",
-        lead="Each effect's share, stacked, about the link's origin in the link's own axes; the "
-        "line is their sum. Contact forces belong to the rigid-body engine and are not among them."
+        lead="Contributions of the effects, stacked, about the origin of the link in link axes; "
+        "the line is their sum. Contact forces are computed by the rigid-body engine and are "
+        "not included."
         f"{more}",
         blocks=blocks,
         wide=len(views.loads) == 1,

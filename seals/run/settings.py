@@ -82,18 +82,18 @@ class RunSettings:
         robot: name of a robot, or its folder.
         backend: rigid-body backend.
         wave: water surface.
-        fluid: water that is simulated itself, or None.
-        environment: what surrounds the robot.
+        fluid: simulated water, or None.
+        environment: surroundings of the robot.
         effects: physical effects by instance name, in order of declaration.
         sensors: sensors by instance name.
         actuators: actuators by instance name.
-        controller: what commands the actuators, or None; it rests unless there is a guide.
+        controller: controller of the actuators, or None; it is idle unless there is a guide.
         guide: reference generator that the controller follows, or None.
         initial: state at the start.
         objects: further bodies in the scene, by name.
         time: time base.
-        repeat: folder of an earlier run that is repeated as it was, or None.
-        resume: folder of an interrupted run, which continues from its last checkpoint, or None.
+        repeat: folder of an earlier run to repeat exactly, or None.
+        resume: folder of an interrupted run to continue from its last checkpoint, or None.
         surface: simulated time between two saved meshes of the particle water [s], 0 for none;
             needs the extra ``render``.
         particles: simulated time between two saved sets of particles, for viewing [s], 0 for none.
@@ -101,14 +101,14 @@ class RunSettings:
             fluid and none without.
         viewer: renderer that draws for cameras, or None.
         optics: light in water and noise of cameras.
-        water_type: Jerlov's type of the water that cameras look through, in place of that in
-            ``optics``; absent to leave it.
+        water_type: Jerlov type of the water for cameras, instead of that in ``optics``;
+            absent to keep it.
         sight: how the scene is drawn for cameras.
-        model: model overlay that ``seals add`` wrote, a name or a file, or None.
+        model: model overlay written by ``seals add``, as a name or a file, or None.
         force: whether to use a model that was withdrawn.
-        hide: effects that act in the run and that its log's stated model does not hold: names of
+        hide: effects that act in the run but are left out of the stated model of its log: names of
             instances or of effects, ``waves`` for the waves.
-        live: output to other programs while the run goes on, or None.
+        live: output to other programs during the run, or None.
     """
 
     name: str = "run"

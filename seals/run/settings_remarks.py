@@ -44,14 +44,14 @@ def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
     station = type(settings.controller) is get("controller", "station").load()
     if station and settings.guide is not None and settings.environment.water_level is None:
         found.append(
-            "controller=station holds a robot that its water carries: there is no water.\n"
+            "controller=station requires a robot supported by water, but there is no water.\n"
             "Add it: water=fossen"
         )
     resting = resting_effects(settings)
     if resting:
         found.append(
-            f"{', '.join(resting)} of {settings.robot.name} rest: the water of the "
-            f"{settings.fluid.name} makes these forces itself."
+            f"{', '.join(resting)} of {settings.robot.name} are disabled: the water "
+            f"of the {settings.fluid.name} simulates these forces."
         )
     return found
 
@@ -69,17 +69,17 @@ def find_conflicts(settings: RunSettings) -> list[str]:
     own = None if wave is None else options_of(wave, WaveOptions).gravity
     if own is not None and _apart(own, e.gravity):
         found.append(
-            f"The wave has a gravity of its own: wave.gravity={own:g}, environment.gravity="
-            f"{e.gravity:g}.\nSay wave.gravity={e.gravity:g}, or mean it."
+            f"The wave uses a different gravity: wave.gravity={own:g}, environment.gravity="
+            f"{e.gravity:g}.\nUse wave.gravity={e.gravity:g}, unless this is intended."
         )
     for name, effect in settings.effects.items():
         for level in ("ground_level", "water_level"):
             mine, ours = getattr(effect, level, None), getattr(e, level)
             if mine is not None and ours is not None and _apart(mine, ours):
                 found.append(
-                    f"{name} has a level of its own: effects.{name}.{level}={mine:g}, "
+                    f"{name} has a different level: effects.{name}.{level}={mine:g}, "
                     f"environment.{level}={ours:g}.\n"
-                    f"Say effects.{name}.{level}={ours:g}, or mean it."
+                    f"Use effects.{name}.{level}={ours:g}, unless this is intended."
                 )
     return [*found, *_bottoms(settings)]
 
@@ -97,14 +97,15 @@ def _bottoms(settings: RunSettings) -> list[str]:
         if deep > _FELT * length:
             return []
         return [
-            f"The wave is one of deep water, {length:.3g} m long; the water is {deep:g} m deep.\n"
-            f"Say wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
+            f"The wave is a deep-water wave, {length:.3g} m long; the water is {deep:g} m deep.\n"
+            f"Use wave=sea wave.depth={deep:g}, or environment.tank_bottom=null."
         ]
     if not _apart(stated, deep):
         return []
     return [
         f"The water has two depths: wave.depth={stated:g}, and {deep:g} m from "
-        f"environment.water_level to environment.tank_bottom.\nSay wave.depth={deep:g}, or mean it."
+        f"environment.water_level to environment.tank_bottom.\nUse wave.depth={deep:g}, unless "
+        "this is intended."
     ]
 
 
@@ -126,7 +127,7 @@ def find_left_out(settings: RunSettings) -> list[str]:
     blows = any("steady wind" in effect.accounts_for for effect in settings.effects.values())
     if blows and not _resists(settings, MediumKind.air):
         found.append(
-            "The wind pushes nothing: no drag of the robot acts in air.\n"
+            "The wind has no effect: no drag of the robot acts in air.\n"
             "Add it: +effect@effects.air_drag=quadratic_drag effects.air_drag.medium=air"
         )
     return found
@@ -138,12 +139,12 @@ def _drives(driven: set[str], known: set[str]) -> list[str]:
     found = []
     if "rotor thrust" in driven:
         found.append(
-            "The rotors push under water as in air: no effect changes their thrust there.\n"
+            "The rotors have the same thrust under water as in air: no effect changes it there.\n"
             "Add it: +effect@effects.rotor_medium=rotor_medium"
         )
     if "thruster force" in driven:
         found.append(
-            "The thrusters push above water as below: no effect changes their force there.\n"
+            "The thrusters have the same force above water as below: no effect changes it there.\n"
             "Add it: +effect@effects.thruster_medium=thruster_medium"
         )
     return found
@@ -157,13 +158,13 @@ def _water(settings: RunSettings, known: set[str]) -> list[str]:
     found = []
     if not _resists(settings, MediumKind.water):
         found.append(
-            "The water does not slow the robot: no drag of it acts in water.\n"
+            "The water does not slow down the robot: no drag acts in water.\n"
             "Add it: +effect@effects.water_drag=quadratic_drag"
         )
     flat = settings.wave is None or type(settings.wave) is get("wave", "still").load()
     if not flat and "radiation damping" not in known:
         found.append(
-            "Waves that the robot makes itself are left out: a hull at the surface heaves too long."
+            "Waves radiated by the robot are not modelled: a hull at the surface heaves too long."
             "\nAdd it: +effect@effects.radiation_damping=radiation_damping"
         )
     return found

@@ -74,7 +74,7 @@ def renderer_of(viewer: Any) -> Renderer:
     known = suggestion("", names("viewer"), label="Installed")
     if viewer is None:
         raise ConfigError(f"a camera needs a renderer, and viewer is not given.\n{known}")
-    raise ConfigError(f"viewer '{type(viewer).__name__}' draws no pictures for cameras.\n{known}")
+    raise ConfigError(f"viewer '{type(viewer).__name__}' renders no pictures for cameras.\n{known}")
 
 
 def poses_of(actors: Mapping[str, Actor]) -> Poses:

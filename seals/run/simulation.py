@@ -274,7 +274,7 @@ def _blamed(kept: Path, fault: Exception) -> Exception:
         return fault
     text = " ".join(str(fault).split())[:300]
     refusal = ConfigError(
-        f"the run taken up from {kept} failed: {type(fault).__name__}: {text}.\n"
+        f"the run continued from {kept} failed: {type(fault).__name__}: {text}.\n"
         "Its checkpoint may be damaged or forged; run it again: repeat=FOLDER"
     )
     refusal.__cause__ = fault

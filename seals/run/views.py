@@ -108,7 +108,7 @@ def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
         return []
     # the shorter way round changes sides at half a turn: a gap is truer than a vertical line
     angle[1:][np.abs(np.diff(angle, axis=0)).max(axis=1) > 90.0] = np.nan
-    note = "Axis times angle from the world's axes to the body's, the shorter way round."
+    note = "Rotation vector (axis times angle) from world to body axes, by the smaller angle."
     label = "rotation vector [deg]"
     return [lines("Attitude", label, log.time, _columns(angle), marks=marks, note=note)]
 
@@ -178,7 +178,7 @@ def _imu(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
                 log.time[there],
                 _columns(values[there]),
                 marks=marks,
-                note="Exact: no sensor reads it." if exact else "As the sensor read it.",
+                note="Exact values: no sensor measures it." if exact else "Sensor readings.",
             )
         )
     return charts

@@ -31,13 +31,15 @@ _ASSUMED = {
     "torque_coefficient": _Assumed(0.1, "relative", "seldom measured"),
     "rotor_time_constant": _Assumed(0.01, "s", "data sheets leave it out"),
     "centre_of_gravity": _Assumed(0.003, "m, each axis", "balanced on a finger"),
-    "drag_coefficient": _Assumed(0.3, "relative, each axis and coefficient", "of a box as large"),
-    "angular_drag_coefficient": _Assumed(0.5, "relative", "of a box as large"),
+    "drag_coefficient": _Assumed(
+        0.3, "relative, each axis and coefficient", "of a box of the same size"
+    ),
+    "angular_drag_coefficient": _Assumed(0.5, "relative", "of a box of the same size"),
     "command_delay": _Assumed(0.005, "s", "one cycle of a controller and its protocol"),
     "accelerometer_bias": _Assumed(0.1, "m/s^2, each axis", "a sensor that is not calibrated"),
     "accelerometer_scale": _Assumed(0.005, "relative, each axis", "data sheets of such sensors"),
     "gyroscope_bias": _Assumed(0.005, "rad/s, each axis", "after the calibration at the start"),
-    "sensor_misalignment": _Assumed(0.01, "rad, each axis", "half a degree of mounting"),
+    "sensor_misalignment": _Assumed(0.01, "rad, each axis", "mounting error of half a degree"),
     "sensor_delay": _Assumed(0.003, "s", "filters of the sensor"),
 }
 _OF_MARKERS = {
@@ -51,7 +53,7 @@ _OPTICAL = 0.002
 _ASSUMED_IN_WATER = {
     "displaced_volume": _Assumed(0.01, "relative", "trimmed to float, without trapped air"),
     "centre_of_buoyancy": _Assumed(0.005, "m, each axis", "from a drawing"),
-    "added_mass": _Assumed(0.3, "relative, each axis", "of an ellipsoid as large"),
+    "added_mass": _Assumed(0.3, "relative, each axis", "of an ellipsoid of the same size"),
 }
 """The same of hulls, where the log has a depth."""
 _LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
@@ -97,7 +99,7 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     yield f"  water_level: {'0.0' if log.has('depth') else 'null'}"
     yield "  ground_level: null  # height of the ground [m], for ground effect"
     yield "  air_density: 1.2  # assumed: sea level, 20 degrees"
-    yield "baseline: []  # what is known of the surroundings, such as waves"
+    yield "baseline: []  # known surroundings, such as waves"
     if facts.full_voltage is not None:
         volts = facts.full_voltage
         yield f"battery: {{full_voltage: {volts.value:.4g}}}  # measured: {volts.how}"
@@ -120,7 +122,7 @@ def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
     if sigma > _FILTERED * least:
         # noise as large is no filter's: what a sensor shows is its error
         least = 0.0
-    source = "measured" if sigma >= least else "assumed: its noise is smaller, its error is not"
+    source = "measured" if sigma >= least else "assumed: its noise is smaller, but not its error"
     if stem in facts.differing:
         other = "gyroscope" if stem == "orientation" else "pose"
         source = f"measured: differs so much from the {other}; its white noise is {_figure(sigma)}"
@@ -162,7 +164,8 @@ def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
     )
     torque, of_gusts = facts.torque, level * mass * _LEVER
     if torque is not None and torque.clear and torque.sigma > of_gusts:
-        yield f"  torque_sigma: {_figure(torque.sigma)}  # measured: beside the commanded torque"
+        note = "measured: in addition to the commanded torque"
+        yield f"  torque_sigma: {_figure(torque.sigma)}  # {note}"
         yield f"  correlation_time: {_figure(torque.time)}  # measured: of that torque"
     else:
         yield f"  torque_sigma: {_figure(of_gusts)}  # assumed: an arm of {_LEVER * 1e3:g} mm"
@@ -174,7 +177,7 @@ def _motors(log: Log) -> Iterator[str]:
     known = [
         (key, value) for key, value in vars(motor_curve(stated)).items() if key in (stated or ())
     ]
-    yield "# Motor curve, where commands are no speeds: see docs/logs.md"
+    yield "# Motor curve, if commands are not speeds: see docs/logs.md"
     if known:
         inside = ", ".join(f"{key}: {value}" for key, value in known)
         yield f"motors: {{{inside}}}"
@@ -190,7 +193,7 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
     for stem, sigma in facts.differing.items():
         other = "the gyroscope" if stem == "orientation" else "the pose"
         words = f"{stem} differs from {other} like noise of {_figure(sigma)} {unit_of(stem)}"
-        yield f"measured: {words}: filters, filled-in samples or a clock that jitters"
+        yield f"measured: {words}: filters, interpolated samples or a jittering clock"
     ratio = facts.hover_ratio
     if ratio is not None:
         words = f"measured: thrust is {ratio.value:.3f} of mass times specific force in flight"
@@ -213,7 +216,9 @@ def _told(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator[
         words = f"inertial channels {round(facts.late.value * 1e3) + 0:d} ms late against the pose"
         if abs(facts.late.value) > _ASSUMED["sensor_delay"].sigma:
             stems = ", ".join(f"{k}: {facts.late.value:.3f}" for k in _ONBOARD if log.has(k))
-            words += f"; if one recorder wrote them and the motors: convert 'late={{{stems}}}'"
+            words += (
+                f"; if one recorder wrote these and the motor commands: convert 'late={{{stems}}}'"
+            )
         yield f"measured: {words}"
     if facts.gyroscope_bias is None:
         yield "assumed: biases, because the vehicle was never at rest"

@@ -117,7 +117,7 @@ def _afloat(each: Hydrodynamics, robot: RobotModel, hulls: Mapping[str, LinkHull
         for key in ("added", "linear", "quadratic")
         if (value := getattr(each, key)) is not None
     }
-    said = f"{each.source}, by the share {share:.3g} of its hull that is under water afloat"
+    said = f"{each.source}, times the submerged share {share:.3g} of its hull when afloat"
     return each._replace(source=said, **rows)
 
 
@@ -165,7 +165,7 @@ def _chosen(
             each = own
         word = "hull" if name == base else plain(name)
         if each is None or each.added is None:
-            source = "chosen: ellipsoid of the hull's volume and extent"
+            source = "chosen: ellipsoid with the volume and extent of the hull"
             row = {"effect": "added_mass", **added_mass_fields(added_mass(hull)), "links": [name]}
             out[f"{word}_added_mass"] = Entry(row, source)
         if each is None or (each.linear is None and each.quadratic is None):
@@ -204,7 +204,7 @@ def _of_drives(robot: RobotModel, drives: Sequence[Drives]) -> Iterator[tuple[st
     for each in drives:
         if each.kind != ROTOR:
             wide = short(float(each.radius.mean()))
-            source = each.sources.get("radius", "chosen: radius of a screw of that force")
+            source = each.sources.get("radius", "chosen: radius of a propeller with this force")
             values: dict[str, Any] = {"effect": "thruster_medium", "radius": wide}
             if len(drives) > 1:
                 # it leaves rotors alone, as the other leaves thrusters

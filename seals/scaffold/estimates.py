@@ -56,7 +56,7 @@ class LinkDrag(NamedTuple):
     @property
     def source(self) -> str:
         """Origin of the numbers, in words."""
-        return "drag of the hull's shape" if self.options else "bluff boxes around the shapes"
+        return "drag of the shape of the hull" if self.options else "bluff boxes around the shapes"
 
 
 def drag_of(hulls: Sequence[LinkHull]) -> LinkDrag:

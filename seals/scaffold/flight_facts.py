@@ -73,7 +73,7 @@ def disturbing_torque(
         inertia: about x and y, as stated, shape (2,).
         arms: stated torque about x and y of a unit of each thrust [m], shape (n, 2).
         noise: white noise of the gyroscope [rad/s].
-        velocity: body axes [m/s], shape (T, 3), for moments of drag; None where it is unknown.
+        velocity: body axes [m/s], shape (T, 3), for moments of drag; None if it is unknown.
     """
     if len(turned) < 300:
         return None

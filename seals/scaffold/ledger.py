@@ -13,21 +13,21 @@ from xml.etree import ElementTree
 
 Element = ElementTree.Element
 
-UNKNOWN = "not of the format as SEALS knows it"
-KEY = "of plug-ins: no law of SEALS takes it"
-_WORDS = "names of shapes, materials and files, which nothing refers to"
-_DRAWN = "appearance: pictures show shapes in one colour"
-_CONTACT = "contact: one stiffness and friction for all robots (docs/limits.md)"
+UNKNOWN = "not part of the format as read by SEALS"
+KEY = "of plug-ins: not used by any law of SEALS"
+_WORDS = "names of shapes, materials and files without references"
+_DRAWN = "appearance: shapes are rendered in one colour"
+_CONTACT = "contact: all robots have the same stiffness and friction (docs/limits.md)"
 _PROGRAM = "settings of another program: solver, topics, cameras, scenes"
-_SENSORS = "sensors: SEALS has its own, under sensors: of robot.yaml"
+_SENSORS = "sensors: those of SEALS are listed under sensors: in robot.yaml"
 _FRICTION = "friction, damping and springs of joints: seals describe effect joint_friction"
-_MIMIC = "a joint that follows another: here it moves freely, by its own servo"
+_MIMIC = "a joint that follows another: here it moves independently, with its own servo"
 _SAFETY = "limits of another controller"
-_PLACE = "place in the world: initial.position; joints against the world keep theirs"
-_COMMANDS = "ranges of commands of servos: the limits of their joints bound them"
-_TELLING = "numbers of wings and thrusters beside those that laws take: told by the import"
-_SPEED = "speed limits of joints: speed_limit of servos, for propellers their largest speed"
-_MOTION = "transmissions: they tell which joints are driven, no numbers"
+_PLACE = "place in the world: initial.position; joints to the world keep their position"
+_COMMANDS = "command ranges of servos: limited by the joint limits"
+_TELLING = "numbers of wings and thrusters that no law uses: listed by the import"
+_SPEED = "speed limits of joints: speed_limit of servos, maximum speed of propellers"
+_MOTION = "transmissions: they state which joints are driven, but no numbers"
 
 _HYDRO = r"[xyzkmn](Dot|[aA]bs)?[UVWPQR]([aA]bs)?[UVWPQR]?"
 _PLUGIN_KEYS = frozenset(
@@ -102,7 +102,7 @@ _LEFT = {
         "joint/dynamics@*": _FRICTION,
         "joint/limit@velocity": _SPEED,
         "joint/safety_controller@* joint/calibration@*": _SAFETY,
-        "joint/axis@*": "an axis has a direction only",
+        "joint/axis@*": "only the direction of an axis is used",
     },
     "sdf": {
         "sdf@version collision@name visual@name": _WORDS,
@@ -150,7 +150,7 @@ _BRANCHES = {
         "robot/group robot/group_state robot/disable_collisions robot/properties robot/frame "
         "robot/static_map": _PROGRAM,
         "gazebo/neutrally_buoyant": KEY,
-        "robot/loop_joint robot/*:bushing": "bonds between bodies: all joints move freely",
+        "robot/loop_joint robot/*:bushing": "constraints between bodies: all joints move freely",
     },
     "sdf": {
         "visual/material visual/transparency visual/cast_shadows visual/meta visual/laser_retro "
@@ -163,14 +163,15 @@ _BRANCHES = {
         "world/state world/population world/actor world/plugin world/frame link/velocity_decay "
         "link/particle_emitter link/battery link/audio_source joint/physics model/gripper "
         "": _PROGRAM,
-        "mesh/submesh": "parts of a mesh: the whole file is taken",
+        "mesh/submesh": "parts of a mesh: the whole file is used",
     },
     "mujoco": {
         "mujoco/sensor": _SENSORS,
         "mujoco/visual mujoco/option mujoco/size mujoco/statistic mujoco/custom body/camera "
         "worldbody/camera body/light worldbody/light": _PROGRAM,
         "mujoco/contact": _CONTACT,
-        "mujoco/equality mujoco/tendon": "bonds between bodies and tendons: all joints move freely",
+        "mujoco/equality mujoco/tendon": "constraints between bodies, and tendons: all joints "
+        "move freely",
         "asset/material asset/texture asset/hfield default/material default/texture": _DRAWN,
         "body/plugin mujoco/extension mujoco/deformable": KEY,
         "actuator/intvelocity actuator/adhesion actuator/muscle actuator/cylinder "
@@ -190,7 +191,7 @@ def left_out(root: Element) -> dict[str, dict[str, int]]:
 
     Example:
         >>> left_out(ElementTree.fromstring('<robot name="r"><link name="a" hue="red"/></robot>'))
-        {'not of the format as SEALS knows it': {'robot/link@hue': 1}}
+        {'not part of the format as read by SEALS': {'robot/link@hue': 1}}
     """
     found: dict[str, dict[str, int]] = {}
     for kind, reason in entries(root):
@@ -201,7 +202,7 @@ def left_out(root: Element) -> dict[str, dict[str, int]]:
 
 
 def entries(root: Element) -> Iterator[tuple[str, str]]:
-    """Yield every entry of a file: its kind, and why it is left out, empty where it is used."""
+    """Yield every entry of a file: its kind, and why it is left out, empty if it is used."""
     yield from _walk(str(root.tag), root, "")
 
 
@@ -227,7 +228,7 @@ def _walk(dialect: str, element: Element, above: str) -> Iterator[tuple[str, str
                 yield from ((kind, branch) for kind in _own(inner, tag))
         return
     for kind in _own(element, above):
-        # why an entry is left out; empty where it is used
+        # why an entry is left out; empty if it is used
         tables = [(_USED.get(dialect, ""), ""), *_LEFT.get(dialect, {}).items()]
         yield kind, next((why for words, why in tables if _fits(kind, words)), UNKNOWN)
     for child in element:

@@ -108,7 +108,7 @@ def with_feet(
             foot, toe = last, end
         if float(np.linalg.norm(toe)) + reach < SHORTEST:
             raise RobotError(
-                f"leg '{name}': nothing tells where its last link '{shank}' stands.\n"
+                f"leg '{name}': the toe of its last link '{shank}' cannot be determined.\n"
                 f"Give '{shank}' a <collision>, or a frame at its toe: <link name='{shank}_foot'/> "
                 f"<joint name='{shank}_toe' type='fixed'><parent link='{shank}'/><child link="
                 f"'{shank}_foot'/><origin xyz='0 0 -LENGTH'/></joint>"
@@ -224,7 +224,7 @@ _ROUNDED = 1e-3
 
 FROM_FILE = "that of a keyframe of the file"
 ZERO = "the pose at zero"
-CHOSEN = "chosen: straight legs are bent until 0.72 of their length is left"
+CHOSEN = "chosen: straight legs are bent to 0.72 of their length"
 
 
 def stances_of(

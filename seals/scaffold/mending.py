@@ -43,7 +43,7 @@ NO_AXIS, LAST_DIGIT = 1e-9, 1e-15
 
 
 def mended(robot: UrdfDraft, forward: str) -> list[str]:
-    """Change a URDF so that bodies can have its numbers, and return what was changed, in words.
+    """Replace impossible numbers of a URDF, and return the changes, in words.
 
     Args:
         robot: changed.
@@ -60,16 +60,18 @@ def mended(robot: UrdfDraft, forward: str) -> list[str]:
             axis.set("xyz", " ".join(f"{x:.17g}" for x in given / length))
     endless = _endless_limits(robot)
     if endless:
-        changes.append(f"endless limits of joints: {', '.join(endless[:6])}")
+        changes.append(f"infinite joint limits removed: {', '.join(endless[:6])}")
     still = fixed_joints(robot)
     if still:
-        changes.append(f"joints without room to move fixed: {', '.join(still[:6])}")
+        changes.append(f"joints without range of motion fixed: {', '.join(still[:6])}")
     name = weighted_base(robot)
     if name:
-        changes.append(f"mass of '{name}' belongs to the base it is fixed to, which had none")
+        changes.append(f"mass of '{name}' assigned to the massless base to which it is fixed")
     sound = sound_inertias(robot)
     if sound:
-        changes.append(f"inertia of no body made the nearest of one: {', '.join(sound[:6])}")
+        changes.append(
+            f"impossible inertia replaced by the nearest valid one: {', '.join(sound[:6])}"
+        )
     return changes
 
 
@@ -90,7 +92,7 @@ def weighted_base(robot: UrdfDraft) -> str:
     """Give a base without mass the mass properties of the heaviest link fixed to it.
 
     Returns:
-        Name of that link, empty where none is needed or there is none.
+        Name of that link, empty if none is needed or there is none.
     """
     links, bases = robot.links, robot.bases
     if len(bases) != 1 or mass_of(links[bases[0]]) > 0.0:
@@ -195,7 +197,7 @@ def sound_inertias(robot: UrdfDraft) -> list[str]:
 
 
 def _sound(tensor: Floats, mass: float) -> Floats | None:
-    """Return the nearest inertia that a body has; None where it is one, or far from all."""
+    """Return the nearest inertia that a body has; None if it is one, or far from all."""
     if not np.all(np.isfinite(tensor)):
         return None
     if not np.any(tensor):

@@ -107,7 +107,7 @@ class _Copies:
         source = find_resource(given, self.path, self.packages)
         if source.suffix.lower() not in FORMATS:
             raise MissingMesh(
-                f"mesh: '{source.name}' is of a format that is not read.\n"
+                f"mesh: '{source.name}' has an unsupported format.\n"
                 f"Allowed: {', '.join(FORMATS)}; export it."
             )
         if source not in self.taken:
@@ -119,7 +119,7 @@ class _Copies:
             )
             if extent > FAR:
                 raise RobotError(
-                    f"mesh '{given}' is {extent:.4g} m long: it was probably drawn in "
+                    f"mesh '{given}' is {extent:.4g} m long: it was probably exported in "
                     "millimetres.\n"
                     'Write scale="0.001 0.001 0.001" into its <mesh> element.'
                 )
@@ -131,11 +131,14 @@ class _Copies:
         words = list(self.changes)
         if self.lost:
             words.append(
-                f"{len(self.lost)} drawing(s) left out, not there, empty or not read: "
+                f"{len(self.lost)} visual shape(s) left out because missing, empty or unreadable: "
                 f"{_some(self.lost)}"
             )
         if self.boxed:
-            words.append(f"missing meshes are boxes of the inertia: {_some(self.boxed)}")
+            words.append(
+                "missing meshes replaced by boxes with the inertia of the link: "
+                f"{_some(self.boxed)}"
+            )
         if self.taken:
             words.append(f"{len(self.taken)} mesh file(s) copied to meshes/")
         return words

@@ -55,7 +55,7 @@ def urdf_of_mjcf(
     text, changes = bounded.text, bounded.changes
     model = _compiled(path, text, bounded.stand_ins(1.0))
     if model.nbody < 2:
-        raise RobotError(f"MJCF {path} holds no body.\nA robot needs at least one <body>.")
+        raise RobotError(f"MJCF {path} contains no body.\nA robot needs at least one <body>.")
     if bounded.missing:
         # refuse missing meshes whose bodies take their mass from them: stand-ins of two sizes tell
         other = _compiled(path, text, bounded.stand_ins(2.0))
@@ -65,7 +65,7 @@ def urdf_of_mjcf(
             file = next(bounded.missing[name] for name in names if name in bounded.missing)
             raise RobotError(
                 f"mesh '{file}' of {path} does not exist; "
-                f"'{model.body(body).name}' has its mass from it.\n"
+                f"'{model.body(body).name}' gets its mass from it.\n"
                 "Put the mesh there, or state the mass in an <inertial> of the body."
             )
     made = _Conversion(path, model, root.get("model") or path.stem, bounded.missing)
@@ -111,7 +111,7 @@ class _Conversion:
         base = max(floating or tops, key=lambda b: size[b])
         own = [b for b in range(1, m.nbody) if self._below(b, base)]
         if m.nbody - 1 > len(own):
-            self.changes.append(f"{m.nbody - 1 - len(own)} bodies beside the robot left out")
+            self.changes.append(f"{m.nbody - 1 - len(own)} further bodies left out")
         free = self._free(base)
         if not free:
             self.urdf.set("fixed_base", "true")
@@ -217,10 +217,10 @@ class _Conversion:
         for number, joint in enumerate(joints):
             kind = int(m.jnt_type[joint])
             if kind in (_FREE, _BALL):
-                words = "a free joint inside of the robot" if kind == _FREE else "a ball joint"
+                words = "a free joint inside the robot" if kind == _FREE else "a ball joint"
                 raise RobotError(
-                    f"MJCF {self.path}: body '{name}' has {words}, which no URDF has.\n"
-                    "Allowed: hinge and slide; a ball is three hinges."
+                    f"MJCF {self.path}: body '{name}' has {words}, which a URDF cannot describe.\n"
+                    "Allowed: hinge and slide; replace a ball joint by three hinges."
                 )
             child = name if number == len(joints) - 1 else f"{name}_{number + 1}"
             if child != name:

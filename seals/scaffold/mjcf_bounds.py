@@ -95,7 +95,7 @@ def bounded_mjcf(path: Path, root: Element, packages: Mapping[str, Path]) -> Bou
         if element.tag in _REFUSED:
             raise RobotError(
                 f"MJCF {path} holds a <{element.tag}>, which is not a rigid link.\n"
-                "Allowed: bodies, joints, geoms and actuators; write them out."
+                "Allowed: bodies, joints, geoms and actuators, written out explicitly."
             )
     bodies = sum(1 for _ in tree.iter("body"))
     if bodies > MOST_LINKS:
@@ -135,7 +135,7 @@ def _countable(path: Path, tree: Element) -> None:
             )
     for mesh in tree.iter("mesh"):
         if mesh.get("builtin") is not None:
-            raise RobotError(f"MJCF {path} has MuJoCo generate a mesh.\nAllowed: mesh files.")
+            raise RobotError(f"MJCF {path} lets MuJoCo generate a mesh.\nAllowed: mesh files.")
         count = len(mesh.get("vertex", "").split()) + len(mesh.get("face", "").split())
         if count > _MOST_NUMBERS:
             raise RobotError(
@@ -155,7 +155,7 @@ def _include(path: Path, home: Path, tree: Element, read: list[int], depth: int)
             if depth >= _DEEPEST_INCLUDE or many:
                 raise RobotError(
                     f"MJCF {path}: '{name}' includes itself, or too many others.\n"
-                    f"Allowed: {_DEEPEST_INCLUDE} files inside of each other, {_MOST_INCLUDES} "
+                    f"Allowed: {_DEEPEST_INCLUDE} nested files, {_MOST_INCLUDES} "
                     f"together, with {_MOST_ELEMENTS:,} elements."
                 )
             if not name or not target.is_relative_to(path.resolve().parent):
@@ -235,7 +235,7 @@ def _meshes(
         if len(loaded.faces) > _MOST_FACES:
             raise RobotError(
                 f"MJCF {path}: mesh '{given}' has {len(loaded.faces):,} triangles.\n"
-                f"Allowed: up to {_MOST_FACES:,}; simplify it (some 1,000 will do)."
+                f"Allowed: up to {_MOST_FACES:,}; simplify it (about 1,000 are enough)."
             )
         found[own] = bytes(loaded.export(file_type="stl"))
     return found, missing

@@ -36,14 +36,14 @@ def without_strange_laws(motors: Sequence[Motor], weight: float, changes: list[s
             changes.append(
                 f"{motor.source} of {motor.joint or motor.link}: thrust constant not used: times "
                 f"the square of the largest speed it is {full:.3g} N, {full / weight:.3g} times "
-                "the weight, so that it belongs to another law; thrust is chosen"
+                "the weight, so it belongs to another law; the thrust is chosen"
             )
         found.append(motor._replace(values=values))
     return found
 
 
 def flies(source: Takeover, medium: str) -> bool:
-    """Return whether propellers work in air: said so, or beside wings in air."""
+    """Return whether propellers work in air: stated, or implied by wings in air."""
     return medium == "air" or any(wing.density < LIQUID for wing in source.stated.wings)
 
 
@@ -81,9 +81,9 @@ def level_ones(
             )
         )
     source.changes.append(
-        "propellers that lie level are thrusters"
+        "propellers with a horizontal axis become thrusters"
         if not dives
-        else "propellers of a vehicle with stated hydrodynamics are thrusters"
+        else "propellers of a vehicle with stated hydrodynamics become thrusters"
     )
     return found
 

@@ -138,7 +138,7 @@ def _wings_of(plugin: ElementTree.Element, said: str) -> Iterator[Wing]:
     """Return the lifting surfaces of a plug-in.
 
     Raises:
-        RobotError: a number is not finite, or its axes span no wing.
+        RobotError: a number is not finite, or its axes do not define a wing.
     """
     if plugin.find("cla") is not None:
         yield _lift_drag(plugin, said)
@@ -213,7 +213,7 @@ def _lift_drag(plugin: ElementTree.Element, said: str) -> Wing:
     span = np.cross(normal, chord)
     if float(np.linalg.norm(span)) < 1e-6:
         raise RobotError(
-            f"{said}: forward={chord.tolist()} and upward={normal.tolist()} span no wing.\n"
+            f"{said}: forward={chord.tolist()} and upward={normal.tolist()} do not define a wing.\n"
             "Allowed: two directions at right angles."
         )
     rows = [chord, span, np.cross(chord, span)]
@@ -481,7 +481,7 @@ def _reached(
     if len(given) != len(forces) or np.any(np.diff(given) <= 0.0):
         raise RobotError(
             f"{said}: inputValues has {len(given)} numbers, outputValues {len(forces)}.\n"
-            "Allowed: as many of either, inputValues rising."
+            "Allowed: equally many of both, increasing inputValues."
         )
     if given.size:
         ends = [given[0] if low is None else low, given[-1] if high is None else high]
@@ -562,13 +562,13 @@ def _fossen(plugin: ElementTree.Element, said: str) -> Iterator[Hydrodynamics]:
         for key in ("linear_damping", "quadratic_damping"):
             matrix = _six_by_six(model, key, said)
             if matrix is not None and np.any(matrix - np.diag(np.diag(matrix))):
-                left_out.append(f"what couples axes in {key}")
+                left_out.append(f"coupling of axes in {key}")
             rows[key] = None if matrix is None else np.abs(np.diag(matrix))
         under_way = _six_by_six(model, FORWARD_SPEED, said)
         if under_way is not None:
             # along x u abs(u) itself; across it is lift, see wings_of
             if np.any(under_way - np.diag(np.diag(under_way))) or under_way[3, 3]:
-                left_out.append(f"roll, and what couples axes, in {FORWARD_SPEED}")
+                left_out.append(f"roll, and coupling of axes, in {FORWARD_SPEED}")
             quadratic = rows["quadratic_damping"]
             quadratic = np.zeros(6) if quadratic is None else quadratic
             rows["quadratic_damping"] = quadratic + np.abs(under_way[0, 0]) * np.eye(6)[0]

@@ -20,7 +20,7 @@ _MOST_MANIFEST = 1 << 20
 
 
 class MissingMesh(RobotError):
-    """A mesh that is not there, holds no triangles, or is of a format that is not read."""
+    """A mesh that is not there, holds no triangles, or has an unsupported format."""
 
 
 def read_tree(path: Path) -> ElementTree.Element:
@@ -55,15 +55,15 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     shown = ", ".join(str(place) for place in tried[:_SHOWN])
     more = f" and {len(tried) - _SHOWN} more" if len(tried) > _SHOWN else ""
     package = urlparse(name).netloc
-    advice = f" Say where it is: package={package}=FOLDER" if package else ""
+    advice = f" Give its folder: package={package}=FOLDER" if package else ""
     raise MissingMesh(
         f"mesh '{name}' of {urdf} does not exist.\nTried: {shown}{more}.{advice} "
-        "Or missing-meshes=boxes: boxes of the inertia in its place."
+        "Or missing-meshes=boxes: boxes with the inertia of the link in its place."
     )
 
 
 def _places(name: str, urdf: Path, packages: Mapping[str, Path]) -> Iterator[Path]:
-    """Yield the places to look at, the likeliest first."""
+    """Yield the places warnings, the likeliest first."""
     try:
         parts = urlparse(name.replace("\\", "/"))
     except ValueError as cause:

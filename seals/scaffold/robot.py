@@ -55,7 +55,9 @@ def _remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
     robot = made.robot
     out = list(_in_degrees(source))
     if made.limbs.legs:
-        out.append(f"legs: the stance is {made.limbs.stance}; the gait's numbers are chosen")
+        out.append(
+            f"legs: the stance is {made.limbs.stance}; the parameters of the gait are chosen"
+        )
         out += _late_legs(made, source)
     elif not made.drives:
         out.append(
@@ -71,13 +73,15 @@ def _remarks_of(made: NewRobot, source: Takeover, *, chosen: bool) -> list[str]:
             "density=500 would give them mass"
         )
     if not made.hulls:
-        out.append("no link has a shape: it displaces no water; write hulls: in robot.yaml")
+        out.append(
+            "no link has a shape, so the robot displaces no water; write hulls: in robot.yaml"
+        )
     if made.limbs.others:
         out.append(f"joints left out of arms and grippers: {', '.join(made.limbs.others)}")
     out += _beyond_the_model(made)
     for each in source.stated.hydrodynamics:
         if each.added is not None and not np.any(each.added):
-            out.append(f"{each.source.split(' (')[0]}: its added mass is zero, and so it is here")
+            out.append(f"{each.source.split(' (')[0]}: its added mass is zero, also in robot.yaml")
         if each.left_out:
             out.append(f"{each.source.split(' (')[0]}: not used: {each.left_out}")
     for wing in source.stated.wings:
@@ -98,7 +102,7 @@ def _late_legs(made: NewRobot, source: Takeover) -> Iterator[str]:
     if share > _LATE:
         yield (
             f"legs: servos of the file follow {lag:.2g} s late, {share:.0%} of a step: it may stop "
-            f"short of its places; kp_each of {damping / DAMPED_ON_FOUR:.3g} N m/rad follows"
+            f"short of its goals; kp_each of {damping / DAMPED_ON_FOUR:.3g} N m/rad follows"
         )
 
 
@@ -114,7 +118,7 @@ def _beyond_the_model(made: NewRobot) -> Iterator[str]:
         yield f"joints without stops, such as wheels, are held at an angle: {', '.join(free)}"
     carried = _AIR * sum(hull.volume for hull in made.hulls.values()) / robot.mass.sum()
     if carried > _CARRIED:
-        yield f"air would carry {carried:.0%} of its weight: lift in air is neglected"
+        yield f"the buoyancy of air would carry {carried:.0%} of its weight: it is neglected"
 
 
 def _in_degrees(source: Takeover) -> Iterator[str]:
@@ -137,7 +141,7 @@ def _of_rotors(drives: Drives, robot: RobotModel) -> Iterator[str]:
     elif "max_speed" not in drives.sources:
         yield "rotors: the largest speed is chosen; check max_speed"
     if np.any(drives.axis[:, 2] < 0.5):
-        yield "rotors: some do not point up; check axis"
+        yield "rotors: some axes do not point upwards; check axis"
     if "thrust" in drives.sources and "torque" not in drives.sources:
         yield "rotors: the drag torque is chosen; check torque_coefficient"
     if "direction" not in drives.sources:
@@ -159,7 +163,7 @@ def _of_thrusters(drives: Drives, source: Takeover) -> Iterator[str]:
     if uneven:
         yield (
             f"thrusters: up to {uneven[0]['max_force']:g} N forwards and "
-            f"{uneven[0]['back_force']:g} N backwards; max_force is the first for both"
+            f"{uneven[0]['back_force']:g} N backwards; max_force is the forward force for both"
         )
     yield from _of_tilting(drives)
 
@@ -169,23 +173,24 @@ def _of_tilting(drives: Drives, followed: Sequence[str] = ()) -> Iterator[str]:
         if link in followed:
             yield f"{link} is tilted by the joint {joint}; the cascade commands both"
             continue
-        yield f"{link} turns with the joint {joint}; its thrust keeps the direction of joint zero"
+        text = f"{link} turns with the joint {joint}; its thrust keeps the direction"
+        yield f"{text} at joint position zero"
 
 
 def _left_out(made: NewRobot, *, chosen: bool) -> Iterator[str]:
     """Name the effects of air, water and waves that the new robot lacks."""
     medium, hulls = made.medium, bool(made.hulls)
     if chosen and made.drives:
-        yield f"medium: {medium.value} is taken; medium=air, water or both says otherwise"
+        yield f"medium: {medium.value} is assumed; medium=air, water or both overrides it"
         if any(drives.kind == ROTOR for drives in made.drives):
-            yield "rotors: they turn one way; medium=both lets them turn backwards under water"
+            yield "rotors: they do not reverse; with medium=both they can reverse under water"
     if medium is RobotMedium.air and hulls:
         yield "left out: drag and added mass in water; medium=both writes them"
     if medium is RobotMedium.water:
         yield "left out: drag in air; medium=both writes it"
     if medium.wet and hulls:
         yield (
-            "left out: waves that it makes (radiation_damping) and impacts on water (slamming); "
+            "left out: wave radiation (radiation_damping) and impacts on water (slamming); "
             "seals describe effect slamming"
         )
 
@@ -211,7 +216,7 @@ class NewRobot(NamedTuple):
         hulls: of the links that displace water.
         wings: links that carry the lifting surfaces of the file.
         changes: to the URDF, in words.
-        remarks: things to look at, in words.
+        remarks: things warnings, in words.
         unused: number of kinds of entries of the file that are left out; the README lists them.
     """
 
@@ -296,7 +301,9 @@ def _fill(
     if source.fixed_base and flies and robot.mass[0] > 0.0:
         # a vehicle on a test stand, or one that another file lets fly
         source.fixed_base = False
-        source.changes.append("bolted to the world in the file, freed: fixed_base of robot.yaml")
+        source.changes.append(
+            "fixed to the world in the file, but released: fixed_base in robot.yaml"
+        )
     if wings or held or source.fixed_base != settings.fixed_base:
         source.write(path)
         settings = replace(settings, fixed_base=source.fixed_base)
@@ -306,7 +313,7 @@ def _fill(
     turning = [link for link in hulls if link in propellers and link != robot.links[0]]
     if turning:
         names = listed(turning)
-        source.changes.append(f"shapes of propellers are no hulls and have no drag: {names}")
+        source.changes.append(f"shapes of propellers have no hull and no drag: {names}")
     hulls = {link: hull for link, hull in hulls.items() if link not in turning}
     hulls = with_volumes(hulls, robot, source)
     medium = medium_of(given, drives, source)
@@ -354,8 +361,8 @@ def _refuse_pushed_world(robot: RobotModel, drives: list[Drives]) -> None:
         for carrier, each in whole.by_carrier(robot):
             if not carrier:
                 raise RobotError(
-                    f"{each.links[0]} drives a robot that moves on joints against the world.\n"
-                    "Allowed there: rotors on one hinge. Let the robot go: make the joint below "
+                    f"{each.links[0]} drives a robot that is connected to the world by joints.\n"
+                    "Allowed there: rotors on one hinge. Release the robot: make the joint below "
                     f"'{robot.links[0]}' fixed and leave that link out, or give it a free joint."
                 )
 
@@ -367,7 +374,7 @@ def _built(settings: RobotSettings, source: Takeover) -> RobotModel:
     except RobotError as cause:
         text = str(cause).replace(str(settings.urdf_path), str(source.path))
         if "has no mass" in text:
-            text += " Where it is bolted to the world: name it 'world'."
+            text += " If it is fixed to the world: name it 'world'."
             text += " Or density=500: the mass of its shapes at 500 kg/m^3."
         raise RobotError(text) from cause
 

@@ -53,7 +53,7 @@ class Drives:
     Args:
         kind: ``rotor`` or ``thruster``.
         links: that they turn with, or that carry them.
-        joints: movable joints that turn them; empty where they are fixed.
+        joints: movable joints that turn them; empty if they are fixed.
         position: base axes [m], shape (n, 3).
         axis: of positive thrust, base axes [1], shape (n, 3).
         direction: +1 anticlockwise seen from the tip of the axis, -1 clockwise, shape (n,).
@@ -269,12 +269,12 @@ def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: F
         for name, motor, row, turn in rows
         if "thrust" in motor.values and row[2] < -1e-6 and row @ turn[:, 2] > 0.5
     ]
-    said = "rotors that push down in the file turned up, as if they ran backwards"
+    said = "rotors with downward thrust in the file reversed to point upwards"
     return [f"{said}: {', '.join(down)}"] if down else []
 
 
 def _drag_ahead(source: Takeover) -> float:
-    """Drag along x at a brisk speed that a file states [N]; zero where it states none."""
+    """Drag along x at a brisk speed that a file states [N]; zero if it states none."""
     rows = source.stated.hydrodynamics
     linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
     quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)
@@ -356,7 +356,7 @@ def _directions(
         return np.array(signs), "cw and ccw in names of links, joints or meshes"
     down = axis[:, 2] < -0.5
     if 2 * int(down.sum()) == len(names):
-        return np.where(down, -1.0, 1.0), "axes of the joints, half of which point down"
+        return np.where(down, -1.0, 1.0), "axes of the joints, half of which point downwards"
     return _alternating(place), ""
 
 

@@ -57,7 +57,7 @@ class _Frames(NamedTuple):
         if depth > _DEEPEST_FRAME:
             raise RobotError(
                 f"{self.where}: the frame '{name}' is given relative to itself.\n"
-                "Give one of the frames on the way relative to the model."
+                "Define one of these frames relative to the model."
             )
         base, own = self.poses[name]
         return self.pose(base, depth + 1) @ own
@@ -111,7 +111,7 @@ def urdf_of_sdf(
         urdf.append(_joint(joint, frames, origins, names, changes))
     still = (model.findtext("static") or "").strip().lower() in ("1", "true")
     if still:
-        changes.append("a static model: fixed_base is true")
+        changes.append("the model is static: fixed_base is true")
     if rigged or still:
         urdf.set("fixed_base", "true")
     if fixed:
@@ -130,8 +130,8 @@ def _with_parts(
     if bare and len(included) > 1:
         names = ", ".join((e.findtext("uri") or "").strip() for e in included[:6])
         raise RobotError(
-            f"{where} is a world that includes {len(included)} models: {names}.\n"
-            "Give the file of the robot among them: model.sdf of its folder."
+            f"{where} is a world file that includes {len(included)} models: {names}.\n"
+            "Give the file of the robot: model.sdf in its folder."
         )
     if bare and included:
         return _model(where, with_includes(path, root, packages, changes))
@@ -147,7 +147,7 @@ def _model(where: str, root: Element) -> Element:
         names = ", ".join(str(m.get("name")) for m in models[:6])
         raise RobotError(
             f"{where} holds {len(models)} models{': ' + names if names else ''}.\n"
-            "Give the file of one model: model.sdf of its folder."
+            "Give the file of one model: model.sdf in its folder."
         )
     return models[0]
 
@@ -171,7 +171,7 @@ def _held(model: Element, changes: list[str]) -> list[Element]:
             ElementTree.SubElement(joint, "parent").text = parent
             ElementTree.SubElement(joint, "child").text = child
             found.append(joint)
-            changes.append(f"{last_name(child)} is held by {last_name(parent)}, as a plug-in does")
+            changes.append(f"{last_name(child)} is fixed to {last_name(parent)}, as by a plug-in")
     return found
 
 
@@ -305,7 +305,7 @@ def _shape(where: str, part: Element, changes: list[str]) -> Element | None:
     if shape.tag == "ellipsoid":
         # a box of the same volume and proportions
         edges = [2.0 * x * (math.pi / 6.0) ** (1.0 / 3.0) for x in value("radii", 3)]
-        changes.append(f"ellipsoid of {part.get('name')} made a box of its volume")
+        changes.append(f"ellipsoid of {part.get('name')} replaced by a box of equal volume")
         return ElementTree.Element("box", {"size": text(edges)})
     if shape.tag == "mesh":
         uri = (shape.findtext("uri") or "").strip()
@@ -328,7 +328,7 @@ def _joint(
     where = f"{frames.where}: joint '{name}'"
     if kind not in (*_TYPES, "fixed"):
         allowed = suggestion(kind, [*_TYPES, "fixed"])
-        raise RobotError(f"{where} has the type '{kind}', which no URDF has.\n{allowed}")
+        raise RobotError(f"{where} has the type '{kind}', which a URDF cannot describe.\n{allowed}")
     parent, child = (_frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
     origin = np.linalg.inv(origins[parent]) @ origins[child]
     if kind == "fixed":
@@ -350,7 +350,7 @@ def _joint(
         kind = "continuous"
     if kind == "prismatic" and limits["upper"] - limits["lower"] > 2e6:
         limits |= {"lower": -1e3, "upper": 1e3}
-        changes.append(f"{name} has no limits: 1000 m to either side")
+        changes.append(f"{name} has no limits: set to 1000 m in both directions")
     return joint_element(name, kind, parent, child, origin, axis=own, limits=limits)
 
 

@@ -73,7 +73,10 @@ def _parted_names(tree: ElementTree.Element) -> list[str]:
         _rename(model, renamed)
         _rename(tree, {f"{title}::{old}": new for old, new in renamed.items()})
         words = listed(twice, 4)
-        changed.append(f"names of model {title} begin with it, others have them too: {words}")
+        changed.append(
+            f"names of model {title} are prefixed with it, because other models use "
+            f"them too: {words}"
+        )
     return changed
 
 
@@ -110,8 +113,7 @@ def _refuse_deep(path: Path, model: ElementTree.Element) -> None:
         depth += 1
         if depth > _DEEPEST_MODEL:
             raise RobotError(
-                f"SDF {path} nests its models too deep.\n"
-                f"Allowed: {_DEEPEST_MODEL} inside of each other."
+                f"SDF {path} nests its models too deeply.\nAllowed: {_DEEPEST_MODEL} nested levels."
             )
 
 
@@ -128,7 +130,7 @@ def _expand(
         if file in above or len(above) >= _DEEPEST or len(found.changes) > _MOST:
             raise RobotError(
                 f"SDF {path}: the model {file.parent.name} includes itself, or too many others.\n"
-                f"Allowed: {_DEEPEST} models inside of each other, {_MOST} together."
+                f"Allowed: {_DEEPEST} nested models, {_MOST} together."
             )
         try:
             models = read_tree(file).findall("model")
@@ -142,7 +144,7 @@ def _expand(
         if found.elements > _MOST_PARTS:
             raise RobotError(
                 f"SDF {path} includes too much: above {_MOST_PARTS:,} elements.\n"
-                "Leave out what is not part of the robot."
+                "Remove elements that are not part of the robot."
             )
         own.set("name", include.findtext("name") or own.get("name") or file.parent.name)
         # override a model's pose by that of its `<include>`, and add the plug-ins of the latter
@@ -192,7 +194,7 @@ def _file_of(path: Path, include: ElementTree.Element, packages: Mapping[str, Pa
             return file
     raise RobotError(
         f"SDF {path} includes the model '{first}', which does not exist.\n"
-        f"Tried: {', '.join(map(str, tried))}. Say where it is: package={first}=FOLDER"
+        f"Tried: {', '.join(map(str, tried))}. Give its folder: package={first}=FOLDER"
     )
 
 

@@ -116,8 +116,8 @@ class Takeover(UrdfDraft):
             capsules = _uncapped(tree)
             if capsules:
                 self.changes.append(
-                    f"{capsules} capsule(s) became cylinders of equal radius and volume: "
-                    "a URDF has none"
+                    f"{capsules} capsule(s) replaced by cylinders of equal radius and volume: "
+                    "a URDF has no capsules"
                 )
             if _evened(tree) or freed or capsules:
                 text = ElementTree.tostring(tree, encoding="unicode")
@@ -169,7 +169,7 @@ class Takeover(UrdfDraft):
         self._fix(names)
         if names:
             self.changes.append(
-                f"{len(names)} {kind} joint(s) fixed: a {kind}'s speed belongs to its actuator"
+                f"{len(names)} {kind} joint(s) fixed: the speed of a {kind} belongs to its actuator"
             )
 
     def fix_legs(self, turned: Mapping[str, str]) -> None:
@@ -180,7 +180,8 @@ class Takeover(UrdfDraft):
         """
         self._fix(list(turned.values()))
         self.changes += [
-            f"joint {joint} fixed at zero, it turns {link}: the thrusters of SEALS sit on the base"
+            f"joint {joint} fixed at zero, because it turns {link}: thrusters of SEALS are "
+            "fixed to the base"
             for link, joint in turned.items()
         ]
 
@@ -216,7 +217,7 @@ class Takeover(UrdfDraft):
             self.changes.append(f"left out: {tags} (of other programs)")
         if self.stated.unread:
             unread = listed(self.stated.unread)
-            self.changes.append(f"not read, nothing in it is used: {unread}")
+            self.changes.append(f"not read, contains nothing that is used: {unread}")
 
     def _note_rig(self) -> None:
         """Bolt a base named ``world`` to the world, and name the joints on which the robot moves.
@@ -242,7 +243,7 @@ class Takeover(UrdfDraft):
         self.rig = [name for name in self.rig if name not in self.stated.driven]
         if self.rig:
             self.changes.append(
-                f"moves against the world by: {', '.join(self.rig[:6])}; no servo holds them"
+                f"moves against the world by: {', '.join(self.rig[:6])}; they have no servos"
             )
 
     def bolt_base_of_no_mass(self) -> None:
@@ -253,7 +254,7 @@ class Takeover(UrdfDraft):
             if self.fixed_base:
                 self.changes.append(
                     f"base link '{self.bases[0]}' has a mass of 0: bolted to the world "
-                    "(density=500 gives it mass and lets it go)"
+                    "(density=500 gives it mass and releases it)"
                 )
 
     def _drop_dummy_base(self) -> None:

@@ -79,7 +79,7 @@ def refuse_unknown(said: str, what: str, name: str, known: Collection[str]) -> N
 
 
 def end_of(joint: Element, which: str) -> str:
-    """Return the link at an end of a joint, ``parent`` or ``child``; empty where it has none."""
+    """Return the link at an end of a joint, ``parent`` or ``child``; empty if it has none."""
     element = joint.find(which)
     return "" if element is None else str(element.get("link"))
 
@@ -93,7 +93,7 @@ def fix(joint: Element, *more: str) -> None:
 
 
 def mass_of(link: Element | None) -> float:
-    """Return the stated mass of a link, zero where it states none [kg]."""
+    """Return the stated mass of a link, zero if it states none [kg]."""
     mass = None if link is None else link.find("inertial/mass")
     value = 0.0 if mass is None else number_or(mass.get("value"), 0.0)
     return value if math.isfinite(value) else 0.0

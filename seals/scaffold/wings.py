@@ -28,7 +28,11 @@ def leave_out_blades(wings: list[Wing], propellers: Collection[str]) -> list[str
     blades = [wing for wing in wings if wing.link in propellers]
     wings[:] = [wing for wing in wings if wing.link not in propellers]
     names = ", ".join(dict.fromkeys(wing.link for wing in blades))
-    return [f"lift of blades left out, it is the thrust of their drive: {names}"] if blades else []
+    return (
+        [f"lift of blades left out, because the thrust of their drive replaces it: {names}"]
+        if blades
+        else []
+    )
 
 
 def add_wing_frames(robot: UrdfDraft, wings: Sequence[Wing]) -> list[str]:

@@ -28,11 +28,11 @@ _ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}
 """Robot on which the contract of a new plug-in is checked; others need none."""
 _PROMISE = {
     "effect": "Units, pure hooks, twin and simulator alike",
-    "sensor": "Due readings, one seed one record",
-    "controller": "Equal answers, memory left alone, commands within limits",
-    "guide": "Equal answers, memory left alone, finite references",
-    "task": "One seed one start, pure laws, one finite row an episode",
-    "reader": "Files that are no logs are refused in words",
+    "sensor": "Readings when due, the same log for the same seed",
+    "controller": "Deterministic, memory not modified, commands within limits",
+    "guide": "Deterministic, memory not modified, finite references",
+    "task": "The same start for the same seed, pure functions, one finite row per episode",
+    "reader": "Files that are not logs are refused with a message",
 }
 _UNDER_WATER = "robot=auv water=fossen initial.position=[0,0,-2]"
 _FIRST_USE = {
@@ -103,20 +103,22 @@ def free_name(kind: str, name: str, parent: Path, *, folder: str = "") -> Path:
         hint = f"  For instance: {better}" if better and better != name else ""
         raise ConfigError(
             f"'{name}' cannot be the name of {'an' if kind[0] in 'aeiou' else 'a'} {kind}.\n"
-            f"Allowed: small letters, digits and '_', a letter first.{hint}"
+            f"Allowed: lower-case letters, digits and '_', beginning with a letter.{hint}"
         )
     # an animal is asked for as a robot is
     for taken in ("robot", "animal") if kind == "robot" else (kind,):
         if name in registry.names(taken):
             origin = registry.get(taken, name).origin
             raise ConfigError(
-                f"{taken} '{name}' is installed already, by {origin}.\n"
+                f"{taken} '{name}' is already installed, by {origin}.\n"
                 f"Choose another name: my_{name}"
             )
     target = parent / (folder or name)
     refuse_taken(target)
     if not parent.is_dir():
-        raise ConfigError(f"there is no folder '{parent}'.\nMake it first, or go to another one.")
+        raise ConfigError(
+            f"there is no folder '{parent}'.\nCreate it first, or choose another one."
+        )
     return target
 
 

@@ -183,7 +183,7 @@ def _tree(corners: Floats) -> tuple[float, Any, Floats]:
 
 
 def _embree(corners: Floats) -> Any:
-    """Return the mesh in a scene of Embree; None where it is not installed."""
+    """Return the mesh in a scene of Embree; None if it is not installed."""
     try:
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene

@@ -126,7 +126,7 @@ def execute(config: Any) -> int:
     columns = _picked({key: columns[key] for key in columns if key in kept}, chosen)
     columns = _sorted(columns, str(config.sort))
     shared = " ".join(shared_words(picked)) or "(nothing)"
-    print(f"{len(picked)} of {len(rows)} runs; all of them: {shared}")
+    print(f"{len(picked)} of {len(rows)} runs; common to all: {shared}")
     # overrides with all digits, metrics with four
     stated = {key for row in rows for key in row.words}
     cells = [
@@ -166,13 +166,13 @@ def _refuse_targets(config: Any) -> None:
         missing = "against" if config.metric else "metric"
         raise ConfigError(
             f"plot={config.plot}: {missing} is not given.\n"
-            "Say what is drawn: plot=FILE.png metric=position_z.min against=seed"
+            "State what to plot: plot=FILE.png metric=position_z.min against=seed"
         )
     for key in ("against", "by"):
         if config.get(key) and config.plot is None:
             raise ConfigError(
-                f"{key}={config[key]} belongs to a plot, and none is requested.\n"
-                f"Say where it goes, plot=FILE.png, or leave {key} out"
+                f"{key}={config[key]} belongs to a plot, but no plot is requested.\n"
+                f"Name its file, plot=FILE.png, or leave {key} out"
             )
 
 
@@ -250,7 +250,7 @@ def draw(
     across, up = _numbers(columns, "against", against), _numbers(columns, "metric", metric)
     groups = column_of(columns, by) if by else [metric] * len(across)
     if groups is None:
-        raise ConfigError(f"by={by}: it differs in no run.\n{suggestion(by, columns)}")
+        raise ConfigError(f"by={by}: it is the same in all runs.\n{suggestion(by, columns)}")
     series: list[Series] = []
     for name in dict.fromkeys(groups):
         mine = np.array([group == name for group in groups]) & np.isfinite(across + up)
@@ -274,10 +274,10 @@ def _numbers(columns: Mapping[str, Sequence[Value]], what: str, key: str) -> np.
     """Return a column as numbers, NaN where a run has none."""
     values = column_of(columns, key)
     if values is None:
-        raise ConfigError(f"{what}={key}: it differs in no run.\n{suggestion(key, columns)}")
+        raise ConfigError(f"{what}={key}: it is the same in all runs.\n{suggestion(key, columns)}")
     words = [value for value in values if isinstance(value, str)]
     if words:
         listed = words[0].startswith("[")
-        hint = f"Name one place of the list: {what}={key}.0" if listed else _NUMBERS + "."
+        hint = f"Name one element of the list: {what}={key}.0" if listed else _NUMBERS + "."
         raise ConfigError(f"{what}={key} is '{words[0]}' in a run.\n{hint}")
     return np.array([np.nan if value is None else float(value) for value in values])

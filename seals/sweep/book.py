@@ -151,7 +151,7 @@ def _held(descriptor: int, place: int) -> Iterator[None]:
     except ImportError as cause:
         raise ConfigError(
             "a sweep needs file locks of POSIX, which this system does not have.\n"
-            "Run it on Linux or macOS, or its jobs one by one."
+            "Run it on Linux or macOS, or run its jobs one by one."
         ) from cause
     fcntl.lockf(descriptor, fcntl.LOCK_EX, 1, place)
     try:

@@ -114,20 +114,20 @@ def perform(task: Callable[[Any], int | None], config: Any) -> int:
     number, words = int(hydra.job.num), tuple(str(word) for word in hydra.overrides.task)
     if began(hydra) is None:
         raise ConfigError(
-            "hydra.callbacks.sweep is not there: the end of this sweep would not be recorded.\n"
+            "hydra.callbacks.sweep is missing: the end of this sweep would not be recorded.\n"
             "Leave out the overrides of hydra.callbacks.sweep."
         )
     if not folder.resolve().is_relative_to(sweep.resolve()):
         # what an earlier run left in the folder of a job is removed
         raise ConfigError(
-            f"the folder of job {number} leads out of its sweep: {folder} is {folder.resolve()}.\n"
+            f"the folder of job {number} leads outside its sweep: {folder} is {folder.resolve()}.\n"
             "Remove the link, or choose another folder: hydra.sweep.dir=FOLDER"
         )
     with claimed(sweep, number) as claim, contextlib.ExitStack() as stack:
         before = read_jobs(sweep).get(number)
         if before is not None and sorted(before.words) != sorted(words):
             raise ConfigError(
-                f"{sweep} holds another sweep: its job {number} is {' '.join(before.words)}.\n"
+                f"{sweep} contains another sweep: its job {number} is {' '.join(before.words)}.\n"
                 "Choose another folder: hydra.sweep.dir=FOLDER"
             )
         if before is not None and before.state == DONE:

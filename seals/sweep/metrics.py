@@ -76,7 +76,7 @@ class Measures:
         return None
 
     def columns(self, table: str) -> dict[str, Floats]:
-        """Return the numeric columns of a table in the run's folder; none where there is none."""
+        """Return the numeric columns of a table in the run's folder; none if there is none."""
         readers = {".parquet": read_parquet, ".csv": read_csv_columns}
         for suffix, read in readers.items():
             path = self._row.folder / f"{table}{suffix}"
@@ -132,11 +132,11 @@ def refuse_unknown(name: str, measures: Measures, row: Row, *, key: str = "metri
     else:
         numbers = [key for key, value in row.facts.items() if isinstance(value, int | float)]
         hint = suggestion(name, numbers, label="Noted") + "; or a column: position_z.min"
-    raise ConfigError(f"{key}={name}: no run has it.\n{hint}")
+    raise ConfigError(f"{key}={name}: no run has this metric.\n{hint}")
 
 
 def objective_of(hydra: Any) -> float | tuple[float, ...] | None:
-    """Return the objective of the run that has just ended; None where none is wanted.
+    """Return the objective of the run that has just ended; None if none is wanted.
 
     Args:
         hydra: Hydra's part of the configuration; ``callbacks.sweep.objective`` names one metric, as

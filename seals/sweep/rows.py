@@ -72,7 +72,7 @@ def find_rows(folder: Path) -> list[Row]:
     if not found:
         raise ConfigError(
             f"folder={folder}: there is no run in it.\n"
-            "Runs hold run.json, or .hydra/overrides.yaml; try the folder above."
+            "Run folders contain run.json or .hydra/overrides.yaml; try the parent folder."
         )
     return sorted(found, key=lambda row: _natural(str(row.values[RUN])))
 

@@ -22,14 +22,15 @@ class RunsSettings:
         name: of the listing, part of the name of Hydra's own folder.
         folder: folder in which runs are searched, at any depth.
         where: conditions that a run must meet, such as ``state=done, seed<5``; empty for all.
-        metric: measures, such as ``position_z.min, steps_per_second``; empty for those that a run
-            noted of itself.
-        sort: column to sort by, ``-`` in front for the largest first; empty for the folders' order.
+        metric: measures, such as ``position_z.min, steps_per_second``; empty for those that the run
+            recorded.
+        sort: column to sort by, with ``-`` in front for descending order; empty for the order of
+            folders.
         table: file to write, ``.csv`` or ``.parquet``; None for none.
-        plot: picture to draw, ``.png``: the first measure against an override.
-        against: the override that the picture has on its abscissa.
-        by: override that draws a line of its own for each value; empty for one line.
-        replace: whether table and picture may be written over.
+        plot: plot to write, ``.png``: the first measure against an override.
+        against: override on the abscissa of the plot.
+        by: override with one line for each of its values; empty for a single line.
+        replace: whether existing files may be overwritten.
     """
 
     name: str = "runs"

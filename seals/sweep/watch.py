@@ -161,15 +161,15 @@ class Sweep:
                 strange = path.exists() and not (path.is_file() and path.stat().st_nlink == 1)
                 if path.is_symlink() or strange:
                     raise ConfigError(
-                        f"{path} is a link, which leads out of the folder of the sweep, or no "
-                        "ordinary file.\nPut one in its place, or begin a sweep of your own."
+                        f"{path} is a link, which leads outside the folder of the sweep, or is "
+                        "not a regular file.\nReplace it by a regular file, or start a new sweep."
                     )
             if self.resumed:
                 return str(read_json(note).get("started", ""))
             if note.exists():
                 raise ConfigError(
-                    f"hydra.sweep.dir={folder} holds a sweep already.\n"
-                    "Add --resume to go on with it, or choose another folder."
+                    f"hydra.sweep.dir={folder} already contains a sweep.\n"
+                    "Add --resume to continue it, or choose another folder."
                 )
             started = datetime.datetime.now().astimezone().isoformat(timespec="microseconds")
             facts = {"verb": self.verb, "words": self.words, "jobs": self._total}
@@ -248,11 +248,11 @@ class Sweep:
         text = f"{type(fault).__name__}: {' '.join(str(fault).split())}"
         if not (self.folder / NOTE).exists():
             advice = "No job began. Correct it and start again; SEALS_DEBUG=1 shows more."
-            return SealsError(f"the sweep could not begin: {text:.300}\n{advice}")
+            return SealsError(f"the sweep could not start: {text:.300}\n{advice}")
         without = self._without_end(read_jobs(self.folder))
         jobs = f"Without an end: {without}." if without else "Every job finished."
-        advice = "The same command with --resume goes on; SEALS_DEBUG=1 shows more."
-        return SealsError(f"the sweep was cut short: {text:.300}\n{jobs} {advice}")
+        advice = "The same command with --resume continues; SEALS_DEBUG=1 shows more."
+        return SealsError(f"the sweep was interrupted: {text:.300}\n{jobs} {advice}")
 
     def _without_end(self, jobs: Collection[int]) -> str:
         """Return the numbers of jobs without an entry in the job log, if their count is known."""
@@ -286,8 +286,8 @@ class Sweep:
         if not without and len(bad) == len(jobs) and all(job.state == REFUSED for job in bad):
             self.discard()
             return 2
-        mended = "Once mended, the same command with --resume runs these again"
-        print(f"{mended}; where a word is wrong, begin another sweep.", file=sys.stderr)
+        mended = "After correction, the same command with --resume runs these again"
+        print(f"{mended}; if an argument is wrong, start another sweep.", file=sys.stderr)
         return 1
 
 

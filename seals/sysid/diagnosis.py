@@ -302,8 +302,10 @@ def diagnose(
     if found.best.fit.cost == math.inf and math.isfinite(found.best.misfit):
         # differences of products that are all too large: rounding decides from here on
         raise LogError(
-            "the fits run out of digits along this log: the model rolls away from the stated start."
-            "\nGive a measured pose or velocity, a shorter span, or a start that is less certain."
+            "the fits are ill-conditioned for this log: the model diverges from the stated "
+            "initial state."
+            "\nGive a measured pose or velocity, a shorter span, or an initial state with a "
+            "larger sigma."
         )
     if searched is not None:
         searched(problem, found)

@@ -112,7 +112,7 @@ def _serve(
 
 
 class Beside:
-    """One job in a forked process, beside what this process goes on with.
+    """One job in a forked process, in parallel with the current process.
 
     Args:
         job: any callable, closures too; its result travels back by pickle.

@@ -63,8 +63,8 @@ def sampled(log: Log, *, rate: float) -> dict[str, Floats]:
     """
     if "aim_velocity" not in log.channels():
         raise LogError(
-            f"log '{log.name}' holds no setpoints of a guide.\n"
-            "Make one with a guide: seals teleop, or seals run controller=NAME guide=NAME"
+            f"log '{log.name}' contains no references of a guide.\n"
+            "Record one with a guide: seals teleop, or seals run controller=NAME guide=NAME"
         )
     step = float(np.median(np.diff(log.time))) if log.rows > 1 else 1.0
     rows = np.arange(0, log.rows, max(1, round(1.0 / (rate * step))))
@@ -179,9 +179,9 @@ def execute(config: Any) -> int | None:
     write_track(path, device.recorded)
     script = {"script": str(path.resolve())}
     keep_session(folder, config, record, own=OWN, section="guide", changes=script)
-    print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+    print(f"to repeat: seals run {typed('repeat', str(short_path(folder)))}")
     again = typed("script", str(short_path(path)))
-    print(f"its keys with another robot or sea: seals teleop {again}")
+    print(f"the same keys with another robot or sea: seals teleop {again}")
     if exporting:
         origin = _origin(config, by=str(config.script or config.device.value))
         made = _write_demonstration(
@@ -224,7 +224,8 @@ def _device(config: Any, settings: RunSettings, timed: bool) -> Device:
     if not events and not timed:
         beside = [str(p) for p in Path(script).parent.glob(KEYS)]
         raise ConfigError(
-            f"script {script} holds no events.\n{suggestion(script, beside, label='Files there')}"
+            f"script {script} contains no "
+            f"events.\n{suggestion(script, beside, label='Files there')}"
         )
     if not timed:
         settings.time.duration = events[-1].time + AFTER

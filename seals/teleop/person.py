@@ -28,7 +28,7 @@ class Person:
 
     Args:
         device: ``keyboard`` or ``joystick``.
-        speed: simulated seconds in one second of the clock.
+        speed: simulated seconds per second of real time.
         plant: the robot, for the window.
 
     Attributes:
@@ -75,7 +75,7 @@ class Person:
         except pygame.error as cause:
             raise ConfigError(
                 f"device={device} needs a screen, and there is none: {cause}.\n"
-                "Fly by a script instead: seals teleop script=keys.csv"
+                "Use a script instead: seals teleop script=keys.csv"
             ) from cause
         if device != "joystick":
             return []
@@ -135,7 +135,7 @@ def pygame_of(importer: Callable[[str], Any] | None = None) -> Any:
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
     with optional_import(
         "keyboard and joystick need pygame-ce",
-        "Install it: pip install 'aam-seals[teleop]'; or fly by a script: script=keys.csv",
+        "Install it: pip install 'aam-seals[teleop]'; or use a script: script=keys.csv",
     ):
         return (importer or importlib.import_module)("pygame")
 

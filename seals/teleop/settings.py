@@ -30,8 +30,8 @@ class TeleopSettings(RunSettings):
 
     Args:
         device: input device.
-        script: file of key events in place of a person; the run is then as fast as it can be.
-        speed: simulated seconds in one second of the clock, for a person.
+        script: file of key events instead of keyboard input; the run is then as fast as it can be.
+        speed: simulated seconds per second of real time, for a person.
         export: formats of the demonstration beside the log.
     """
 

@@ -146,7 +146,7 @@ class Columns:
             self._apart[node] = Grid(numbers, None, value.dtype)
 
     def apart(self, node: Node) -> Grid | None:
-        """Split a tensor into its entries; None where they are too many."""
+        """Split a tensor into its entries; None if they are too many."""
         if node not in self._apart:
             self._apart[node] = self._taken_apart(node)
         return self._apart[node]

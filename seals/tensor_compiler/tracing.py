@@ -213,7 +213,7 @@ class _Writing:
         new = self.columns.graph.node_copy(node, self.whole)
         if str(new.target).startswith("aten.as_strided"):
             raise ConfigError(
-                "this law cannot be fused: it asks where numbers lie in memory (as_strided).\n"
+                "this law cannot be fused: it depends on the memory layout (as_strided).\n"
                 "Write it with indices, or leave out backend.fused, or fused=True"
             )
         if str(new.target) in {"aten.view.default", "aten._unsafe_view.default"}:
@@ -408,8 +408,9 @@ def traced(law: Callable[..., list[Tensor]], given: Sequence[Tensor]) -> GraphMo
         if "tracing tensor" not in str(problem):
             raise
         raise ConfigError(
-            f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)}, asks for a number to "
-            "decide what comes next.\nWrite it without branches on numbers (seals.arrays.some), or "
+            f"this robot cannot be fused: {line_in_law(problem, _FOLLOWERS)}, branches on the "
+            "value "
+            "of a number.\nWrite it without branches on numbers (seals.arrays.some), or "
             "leave out backend.fused, or fused=True"
         ) from problem
     finally:

@@ -161,9 +161,9 @@ class Agreement:
             require(
                 order > least or max(coarse) < FLOOR,
                 self.name,
-                f"a smaller step takes the error {where} only "
+                f"a smaller step reduces the error {where} only "
                 f"from {max(coarse):.1e} to {max(fine):.1e}",
-                f"Asked: order {least:g}, less than half at half the step for order 1. "
+                f"Required: order {least:g}, less than half at half the step for order 1. "
                 "Look for a jump in the law, or for differences of steps.",
             )
 

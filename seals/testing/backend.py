@@ -114,7 +114,7 @@ class _BackendCheck:
             off < 1e-9,
             self.name,
             f"reads a state {off:.1e} away from the one it was reset to",
-            "Mind the centre of mass.",
+            "Check the centre of mass.",
         )
         return off
 
@@ -137,7 +137,7 @@ class _BackendCheck:
         require(
             off < 1.1 * STEP,
             self.name,
-            f"falls {off:.1e} off g t^2 / 2 in 1 s",
+            f"deviates by {off:.1e} m from g t^2 / 2 after 1 s of free fall",
             "Look for hidden damping.",
         )
         return off
@@ -176,7 +176,7 @@ class _BackendCheck:
         require(
             off == 0.0,
             self.name,
-            f"continues {off:.1e} differently from a snapshot",
+            f"differs by {off:.1e} when continued from a snapshot",
             "Keep all state in snapshot().",
         )
 

@@ -78,7 +78,7 @@ def _by_joints(bundle: Any, joints: Joints) -> Any:
 
 
 def nothing(hook: str, instant: Instant) -> Any:
-    """Return the neutral output of a hook; None where it is not known."""
+    """Return the neutral output of a hook; None if it is not known."""
     return {
         "actuation": instant.drives,
         "measure": instant.reading,

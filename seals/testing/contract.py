@@ -52,7 +52,7 @@ def require_storable(subject: str, memory: Any) -> None:
         packed(memory)
     except TypeError as cause:
         raise ContractError(
-            f"{subject}: its memory stands in no checkpoint: {cause}.\n"
+            f"{subject}: its memory cannot be stored in a checkpoint: {cause}.\n"
             "Put @state_record (seals.state_records) before the class of the memory."
         ) from cause
 
@@ -80,10 +80,13 @@ def call_twice(subject: str, law: str, call: Callable[..., Any], *given: Any) ->
     first, second = call(*given), call(*given)
     same = _text(first) == _text(second)
     require(
-        same, subject, f"{law} gives two answers to one question", "Keep nothing in the plug-in."
+        same,
+        subject,
+        f"{law} gives different results for equal inputs",
+        "Keep no state in the plug-in.",
     )
     left = _text(given) == before
-    require(left, subject, f"{law} changes what it is given", "Return new values instead.")
+    require(left, subject, f"{law} modifies its input", "Return new values instead.")
     return first
 
 

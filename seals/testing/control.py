@@ -72,7 +72,7 @@ def check_guide(
         require(
             made.finished(after) in (True, False, None) and isinstance(made.stage(after), str),
             name,
-            "does not say whether it is finished, or at which stage it is",
+            "does not state whether it is finished, or its stage",
             "Return True, False or None, and a text.",
         )
         memory = after
@@ -113,7 +113,7 @@ def check_controller(
             order.joints.shape == situation.joints.shape and bool(np.isfinite(order.joints).all()),
             name,
             f"sends {order.joints} to {situation.joints.size} joints",
-            "Return one finite number a joint.",
+            "Return one finite number per joint.",
         )
     return ControlReport(name=name, calls=2 * len(course), rate=made.rate)
 

@@ -105,8 +105,8 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
     require(
         not bound,
         name,
-        f"{', '.join(bound)} can see the object",
-        "Make hooks static methods: they are pure.",
+        f"{', '.join(bound)} can access the object",
+        "Make hooks static methods, because they must be pure.",
     )
     if "drives" in hooks:
         # check that an actuator declares its columns, lags and limits
@@ -132,7 +132,7 @@ def check_effect_declaration(name: str, cls: type) -> tuple[str, ...]:
         isinstance(owned, tuple) and all(isinstance(phenomenon, str) for phenomenon in owned),
         name,
         f"accounts_for={owned!r} is not a tuple of phenomena",
-        "Name what the effect owns, for instance ('quadratic drag',).",
+        "Name the phenomena of the effect, for instance ('quadratic drag',).",
     )
     return hooks
 
@@ -158,6 +158,6 @@ def _check_docstring(name: str, cls: type) -> None:
         require(
             stated,
             name,
-            f"its docstring does not say what {parameter} is, in [{meta.unit}]",
+            f"its docstring does not describe {parameter}, in [{meta.unit}]",
             f"Add the line '{parameter}: what it is [{meta.unit}].' under Args.",
         )

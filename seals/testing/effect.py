@@ -108,8 +108,9 @@ def check_effect(
     require(
         most > least or not scenes,
         name,
-        f"changes the motion by {most:.1e} of its path at most, so that agreement proves nothing",
-        "Give values= at which it matters to a body of 1 kg and 0.1 m.",
+        f"changes the motion by {most:.1e} of its path at most, so the comparison is not "
+        "meaningful",
+        "Give values= that have an effect on a body of 1 kg and 0.1 m.",
     )
     return EffectReport(name=name, hooks=hooks, libraries=libraries, scenes=tuple(scenes))
 

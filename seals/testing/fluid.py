@@ -97,7 +97,7 @@ class _FluidCheck:
             "buoyancy" in made.accounts_for,
             self.name,
             "does not account for buoyancy",
-            "A fluid that pushes bodies lifts them: list it in accounts_for.",
+            "A fluid that acts on bodies has buoyancy: list it in accounts_for.",
         )
 
     def opened(self, bodies: int) -> Any:
@@ -135,13 +135,16 @@ class _FluidCheck:
             abs(lift - 1.0) < 0.1,
             self.name,
             f"lifts a submerged cube by {lift:.2f} of the displaced weight",
-            "Look at the volume that its boundary keeps free.",
+            "Check the volume that its boundary keeps free.",
         )
         require(
             gap < 1e-4, self.name, f"loses {gap:.1e} of the impulses", "Sum in double precision."
         )
         require(
-            level < 0.1 * DEPTH, self.name, f"has its surface {level:.3f} m off", "Use the level."
+            level < 0.1 * DEPTH,
+            self.name,
+            f"has a surface that is off by {level:.3f} m",
+            "Use the level.",
         )
         return lift, gap, level
 
@@ -174,7 +177,7 @@ class _FluidCheck:
         made.close()
         require(none.shape == (0, 6), self.name, f"returns {none.shape}", "Return (0, 6).")
         fit = places.shape == velocities.shape and places.shape[1:] == (3,)
-        require(fit, self.name, "has particles of odd shape", "Return (n, 3) twice.")
+        require(fit, self.name, "has particle arrays of wrong shape", "Return (n, 3) twice.")
 
 
 def _held(bodies: int) -> BodyStates:

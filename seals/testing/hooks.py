@@ -32,7 +32,7 @@ EQUAL = 1e-12
 PASSIVE = ("drag", "damping", "friction")
 """Words in a phenomenon that promise never to drive a body."""
 
-_AT_LINKS = "Use whole arrays of one row a link or sample, as seals.Effect states them."
+_AT_LINKS = "Use whole arrays with one row per link or sample, as described in seals.Effect."
 _AT_JOINTS = (
     "Joints and the force have the shape (N, J), motion and medium J N rows, joint by joint: "
     "seals.by_joint(column, joints) turns a column of them into (N, J)."
@@ -78,11 +78,11 @@ class HookCheck:
                 self._require(
                     _apart(given, before) == 0.0,
                     f"{hook} changes its inputs",
-                    "Make new arrays; never write in place.",
+                    "Create new arrays; never write in place.",
                 )
                 self._require(
                     _apart(again, expected) == 0.0,
-                    f"{hook} gives another result when called again",
+                    f"{hook} gives a different result when called again",
                     "Keep no state: use memory.",
                 )
                 self._check_rows(hook, instant, memory, expected)
@@ -148,7 +148,7 @@ class HookCheck:
         self._require(
             good,
             f"{hook} returns memory of shape {getattr(kept, 'shape', None)}",
-            f"Allowed: ({ROWS}, {size}) for {ROWS} rows; without memory hand back what was given.",
+            f"Allowed: ({ROWS}, {size}) for {ROWS} rows; without memory return the input.",
         )
 
     def _check_full(self, hook: str, instant: Instant) -> None:
@@ -182,7 +182,7 @@ class HookCheck:
         )
         self._require(
             hook not in QUIET or _apart(_filled(found[0]), same) > EQUAL,
-            f"{hook} changes nothing at values that matter",
+            f"{hook} has no effect at significant values",
             "Use the parameters, or give values=.",
         )
 
@@ -225,7 +225,7 @@ class HookCheck:
             apart = _apart(copied(found), expected)
             self._require(
                 apart <= EQUAL,
-                f"{hook} under {library} is {apart:.1e} away from NumPy",
+                f"{hook} under {library} differs by {apart:.1e} from NumPy",
                 "Use one formula for all.",
             )
         return set(likes)
@@ -240,7 +240,7 @@ class HookCheck:
             apart = _apart(held, plain)
             self._require(
                 apart <= EQUAL,
-                f"joint_drive within its limit is {apart:.1e} away from joint_loads",
+                f"joint_drive within its limit differs by {apart:.1e} from joint_loads",
                 "Both are one law: joint_loads is the force of joint_drive within its limit.",
             )
         steep = {"joint_drive": output[1:3], "joint_resistance": (output,)}.get(hook, ())
@@ -248,7 +248,7 @@ class HookCheck:
         self._require(
             least >= 0.0,
             f"{hook} returns a slope of {least:.2g}",
-            "Allowed: slopes from 0 on; a step that takes others implicitly grows without end.",
+            "Allowed: slopes of 0 or more; an implicit step with negative slopes diverges.",
         )
 
     def _check_power(self, hook: str) -> None:

@@ -208,6 +208,6 @@ class _Inertial:
         require(
             abs(ratio - 1.0) < error,
             self.name,
-            f"its {what} is {ratio:.3f} of the declared",
-            "Mind the root of the rate.",
+            f"its {what} is {ratio:.3f} times the declared value",
+            "Consider the square root of the rate.",
         )

@@ -142,7 +142,7 @@ class _LearnerCheck:
                 tuple(figures) == tuple(agent.reports),
                 self.name,
                 f"reports {', '.join(figures)}, and says {', '.join(agent.reports)}",
-                "Let reports name what update returns, in order.",
+                "Let reports list the names of the values that update returns, in order.",
             )
             require(
                 all(math.isfinite(value) for value in figures.values()),
@@ -159,8 +159,8 @@ class _LearnerCheck:
         require(
             stated == self.course_told,
             self.name,
-            "reports other losses the second time",
-            "Draw from generators made of the seed only.",
+            "reports different losses the second time",
+            "Draw only from generators made from the seed.",
         )
 
     def continues(self, agent: Any) -> None:
@@ -176,7 +176,7 @@ class _LearnerCheck:
             require(
                 False,
                 self.name,
-                f"would not be taken up after a stop: {cause}",
+                f"could not be resumed after a stop: {cause}",
                 f"Keep arrays that grow below an entry '{GROWN[0]}' of the state.",
             )
         other.load(kept)
@@ -193,7 +193,7 @@ class _LearnerCheck:
         require(
             courses[0] == courses[1],
             self.name,
-            "does not go on as before from its state",
+            "does not continue identically from its state",
             "Return everything that changes: weights, optimisers, memory, counts, generators.",
         )
 
@@ -211,6 +211,6 @@ class _LearnerCheck:
         require(
             gap < 1e-6 or not agent.interactive,
             self.name,
-            f"hands out a policy that differs by {gap:.3g}",
+            f"returns a policy that differs by {gap:.3g}",
             "Return the weights and the scale that it acts with.",
         )

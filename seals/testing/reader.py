@@ -136,7 +136,7 @@ def _check_log(name: str, log: Log, again: Log) -> None:
         not grave,
         name,
         f"log '{log.name}' cannot be used: {'; '.join(grave)}",
-        "Convert it at the door.",
+        "Convert it in the reader.",
     )
     same = log.columns.keys() == again.columns.keys() and all(
         np.array_equal(values, again.columns[key], equal_nan=True)
@@ -148,6 +148,6 @@ def _check_log(name: str, log: Log, again: Log) -> None:
         require(
             bool((steps > 0.0).all()),
             name,
-            f"time does not rise in segment {number}",
+            f"time does not increase in segment {number}",
             "Sort, or split segments.",
         )

@@ -114,7 +114,7 @@ def _check_due(name: str, sensor: Sensor, seed: int) -> str:
     require(
         not options_of(sensor, SensorOptions).idles or after is memory,
         name,
-        "says that it idles, and changes its memory when no reading is due",
+        "declares idles, but changes its memory when no reading is due",
         "Return the memory as it is, or leave 'idles' false.",
     )
     whole = [place for place in HEIGHTS if _complete(name, sensor, place, after, seed)]
@@ -139,7 +139,7 @@ def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> 
         not infinite,
         name,
         f"gives an infinite reading {place}",
-        "Leave out a channel that reads nothing.",
+        "Leave out a channel without a reading.",
     )
     finite = all(bool(np.isfinite(value).all()) for value in (reading or {}).values())
     return finite and shapes == dict(declared)
@@ -173,7 +173,7 @@ def _check_seed(name: str, make: Callable[[], Sensor], place: str, seed: int) ->
     require(
         equal,
         name,
-        "does not repeat itself under one seed",
+        "is not reproducible with the same seed",
         "Draw from the random state that is passed in.",
     )
 
@@ -249,7 +249,7 @@ def _check_delivery(
         f"loses {lost:.2f} of its readings with dropout={share}",
         "Return a reading whenever one is due; leave dropout to the world.",
     )
-    return {"share lost, of 0.25 declared": lost}
+    return {"share of readings lost (declared: 0.25)": lost}
 
 
 def _record(

@@ -70,7 +70,9 @@ def check_task(
     name, made = build_declared("task", task, values, headings=False)
     for law in _LAWS:
         good = callable(getattr(made, law, None))
-        require(good, name, f"has a value in place of the law {law}", "Name the field otherwise.")
+        require(
+            good, name, f"has a value instead of the function {law}", "Name the field otherwise."
+        )
     model = build_robot(run_settings([f"robot={robot}"]).robot)
     made.bind(model)
     actions, seen = len(made.action_names), len(made.observation_names)
@@ -85,7 +87,7 @@ def check_task(
         posture.shape == (model.tree.joints,),
         name,
         f"holds {posture.shape} joint positions",
-        f"Return one a joint: {model.tree.joints}.",
+        f"Return one per joint: {model.tree.joints}.",
     )
     draw = made.draw(np.random.default_rng(7), COUNT)
     _require_draw(name, draw, made.draw(np.random.default_rng(7), COUNT))
@@ -118,13 +120,23 @@ def check_task(
         )
         if law == "scripted_policy":
             size = float(np.abs(found[0]).max())
-            require(size <= 1.0, name, f"its scripted policy acts by {size:.3g}", "Hold it to 1.")
+            require(
+                size <= 1.0,
+                name,
+                f"its scripted policy returns actions of size {size:.3g}",
+                "Hold it to 1.",
+            )
     return TaskReport(name=name, actions=actions, observations=seen)
 
 
 def _require_draw(name: str, first: Draw, second: Draw) -> None:
     same = all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
-    require(same, name, "draws two starts from one seed", "Draw from the generator given alone.")
+    require(
+        same,
+        name,
+        "draws different starts for the same seed",
+        "Draw only from the given generator.",
+    )
     shapes = {"position": (COUNT, 3), "yaw": (COUNT, 1), "velocity": (COUNT, 3)}
     for key, shape in shapes.items():
         values = np.asarray(getattr(first, key))

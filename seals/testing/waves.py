@@ -103,7 +103,7 @@ class _WaveCheck:
             require(
                 still,
                 self.name,
-                "moves its surface or accelerates water that stands still",
+                "moves its surface or accelerates water at rest",
                 "Return None for all.",
             )
             return

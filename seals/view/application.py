@@ -32,12 +32,12 @@ def execute(config: Any) -> int | None:
     folder, overrides = output_folder(), job_overrides()
     if not 0 <= config.port < 1 << 16:
         raise ConfigError(
-            f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any that is free"
+            f"port={config.port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any free port"
         )
     viewer = build(config.show, where="show")
     if not hasattr(viewer, "show"):
         raise ConfigError(
-            "viewer@show: the chosen viewer shows no sessions.\n"
+            "viewer@show: the chosen viewer cannot show live runs.\n"
             "Leave it out; the default is viewer@show=browser"
         )
     words, host, port = list(config.sliders), str(config.host), int(config.port)
@@ -46,8 +46,8 @@ def execute(config: Any) -> int | None:
         others = [w for w in overrides if key_of(w).split(".")[0] not in OWN]
         if others:
             raise ConfigError(
-                f"run= shows a run as it was; it cannot be changed by {others[0]}.\n"
-                "Leave the others out and turn the sliders, or start again without run=."
+                f"run= shows a finished run; it cannot be combined with {others[0]}.\n"
+                "Leave out the other arguments, or start a new run without run=."
             )
         place = Path(str(config.run))
         replay = open_replay(place, key="run")

@@ -65,7 +65,7 @@ def _instant(file: Path) -> float:
     except ValueError as cause:
         raise ConfigError(
             f"{file} has no time in its name.\nFiles there are called t_000.0500{file.suffix}; "
-            "move others away."
+            "move other files away."
         ) from cause
 
 
@@ -77,7 +77,7 @@ def _places(path: str) -> Floats:
         raise ConfigError(f"{path} cannot be read: {cause}.\nRemove it, or run again.") from cause
     if found.ndim != 2 or found.shape[1] != 3 or not np.all(np.isfinite(found)):
         raise ConfigError(
-            f"{path} holds no places, but numbers of shape {found.shape}.\n"
+            f"{path} contains no positions, but numbers of shape {found.shape}.\n"
             "Allowed: finite numbers of shape (n, 3); remove it, or run again."
         )
     return found

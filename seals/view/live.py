@@ -89,7 +89,7 @@ class Live:
         except (EOFError, OSError):
             code = self._process.wait()
             self.over = True
-            self.failure = f"The run was ended from outside (exit code {code})."
+            self.failure = f"The run was terminated externally (exit code {code})."
         return found
 
     def stop(self) -> None:

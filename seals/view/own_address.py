@@ -41,7 +41,7 @@ def names_this_machine(header: str, listened: str) -> bool:
 
 
 def _name(address: str) -> str:
-    """Return the name of the machine in an address; empty where there is none."""
+    """Return the name of the machine in an address; empty if there is none."""
     try:
         parts = urlsplit(address)
         return "" if parts.username is not None or parts.path else (parts.hostname or "").lower()

@@ -109,7 +109,7 @@ class Session:
         self.drops = ParticleSnapshots(None)
         self.live = Live(folder)
         self.shown += 1
-        self.note = f"run {len(self.made)} is going on"
+        self.note = f"run {len(self.made)} is running"
 
     def _config(self) -> Any:
         """Return the configuration with the changed slider values."""

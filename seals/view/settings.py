@@ -18,12 +18,12 @@ class ViewSettings(RunSettings):
     """Settings of a viewed run.
 
     Args:
-        run: folder of a finished run to replay; None starts a new run.
+        run: folder of a finished run to replay; absent starts a new run.
         show: viewer that shows it.
-        sliders: parameters that can be changed on the page, ``KEY`` or ``KEY:LOW:HIGH``; empty
+        sliders: parameters with a slider on the page, ``KEY`` or ``KEY:LOW:HIGH``; empty
             chooses coefficients of the effects.
-        host: address to listen on; the default is open to this machine alone.
-        port: port to listen on, 0 for any that is free.
+        host: address to listen on; the default serves only this machine.
+        port: port to listen on, 0 for any free port.
     """
 
     run: str | None = None

@@ -74,8 +74,8 @@ def _named(config: Any, word: str) -> Slider:
         low, high = _stated(word, ends)
         if not low <= value <= high:
             raise ConfigError(
-                f"sliders: {word} leaves out the run's own {key}={value:g}.\n"
-                "Give a range that holds it, or another value beside it."
+                f"sliders: {word} does not include the value of the run, {key}={value:g}.\n"
+                "Give a range that includes it, or change the value."
             )
         return Slider(key, low, high, value, unit)
     found = _range(value, meta)

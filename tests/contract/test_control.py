@@ -59,7 +59,7 @@ class StationWild(Station):
 
 def test_a_guide_with_a_memory_of_its_own_is_refused() -> None:
     """State outside the memory would not be part of a snapshot."""
-    with pytest.raises(ContractError, match="two answers to one question"):
+    with pytest.raises(ContractError, match="different results for equal inputs"):
         check_guide(HoverForgetful)
 
 
@@ -107,9 +107,9 @@ class TaskHiding(TaskHover):
 @pytest.mark.parametrize(
     ("task", "words"),
     [
-        (TaskCounting, "reward gives two answers"),
-        (TaskLong, "acts by 2"),
-        (TaskHiding, "a value in place of the law effort"),
+        (TaskCounting, "reward gives different results"),
+        (TaskLong, "actions of size 2"),
+        (TaskHiding, "a value instead of the function effort"),
     ],
 )
 def test_a_task_that_breaks_its_contract_is_refused(task: type, words: str) -> None:

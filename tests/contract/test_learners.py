@@ -132,9 +132,9 @@ class DiaristAgent(SacAgent):
 @pytest.mark.parametrize(
     ("cls", "words"),
     [
-        (Forgetful, "does not go on as before"),
+        (Forgetful, "does not continue identically"),
         (Excited, "acts with shape"),
-        (Diarist, r"would not be taken up after a stop: state\.diary.*\n.*entry 'rows'"),
+        (Diarist, r"could not be resumed after a stop: state\.diary.*\n.*entry 'rows'"),
     ],
 )
 def test_a_breach_of_the_contract_is_found(cls: type, words: str) -> None:

@@ -46,7 +46,7 @@ def test_an_installed_wave_keeps_the_contract(name: str) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", registry.names("sensor"))
 def test_an_installed_sensor_keeps_the_contract(name: str) -> None:
-    """Due readings, one seed one record, the physics and the noise declared."""
+    """Readings when due, the same log for the same seed, the physics and the noise declared."""
     assert check_sensor(name).channels
 
 
@@ -184,7 +184,7 @@ def engine() -> type:
 
 def test_a_forgetful_backend_is_refused(engine: type) -> None:
     """A backend that loses its half-step velocities in a snapshot is found."""
-    with pytest.raises(ContractError, match="differently from a snapshot"):
+    with pytest.raises(ContractError, match="continued from a snapshot"):
         check_backend(engine)
 
 

@@ -91,7 +91,7 @@ def test_a_command_on_a_full_disk(
     words = [word.format(disk) for word in COMMANDS[name]]
     code, said = killer.finish(words)
     assert code == 2, said
-    assert "no room left on the disk" in said or "No space left on device" in said
+    assert "no space left on the disk" in said or "No space left on device" in said
     assert "Traceback" not in said
     for path in disk.rglob("*"):
         if path.is_file() and not any(p.startswith(".") for p in path.relative_to(disk).parts):

@@ -112,7 +112,7 @@ def test_what_cannot_lead_is_refused_in_words(tmp_path: Path) -> None:
         with pytest.raises(SealsError, match=said):
             _stepped(*words)
     catch = _copy(tmp_path / "catch", overrides=["env=catch"])
-    with pytest.raises(ConfigError, match="looks at 'grip'"):
+    with pytest.raises(ConfigError, match="observes 'grip'"):
         _stepped(f"guide.policy={catch}")
     with pytest.raises(ConfigError, match="observes leg phases"):
         Learned().start(RobotState(**dict.fromkeys(RobotState._fields, np.zeros(0))))  # type: ignore[arg-type]

@@ -101,7 +101,7 @@ def test_sides_and_ranks_of_the_legs() -> None:
 
 def test_a_gait_refuses_a_robot_without_legs() -> None:
     """The refusal says how legs are named."""
-    with pytest.raises(ConfigError, match="has no legs, a gait has nothing to move"):
+    with pytest.raises(ConfigError, match="has no legs, so it cannot have a gait"):
         make(["robot=aam", "controller=gait", "guide=freeze"])
 
 
@@ -113,7 +113,7 @@ def test_a_gait_refuses_legs_of_another_build() -> None:
     with pytest.raises(ConfigError, match="leg 'left_1' has 2 joints"):
         anatomy_of(build_robot(dataclasses.replace(settings, legs=legs)))
     legs["left_1"].joints = ["left_1_lift", "left_1_hip", "left_1_bend"]
-    with pytest.raises(ConfigError, match="needs the second and the third one parallel"):
+    with pytest.raises(ConfigError, match="needs the second and the third axis parallel"):
         anatomy_of(build_robot(dataclasses.replace(settings, legs=legs)))
 
 

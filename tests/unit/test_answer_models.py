@@ -100,7 +100,7 @@ def test_an_answer_without_models_says_what_to_do(
     answered(**more)
     assert main(["add", "diagnosis=diagnosis.json", "name=both"]) == 2
     told = capsys.readouterr().err
-    assert "holds no model of wind,payload: an earlier version wrote it" in told
+    assert "contains no model of wind,payload: an earlier version wrote it" in told
     assert "seals diagnose log=FOLDER" in told
     assert not Path("models").exists()
 

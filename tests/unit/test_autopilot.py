@@ -227,8 +227,8 @@ def test_an_autopilot_that_never_speaks_is_refused(link: ArduPilot) -> None:
     [
         (["port=99999"], "port=99999 is not allowed"),
         (["protocol=ardupilott"], "protocol"),
-        (["controller=station"], "controller=station takes no autopilot"),
-        (["host=203.0.113.1"], "cannot be listened on"),
+        (["controller=station"], "controller=station cannot be used with an autopilot"),
+        (["host=203.0.113.1"], "cannot be opened"),
         (["peer=here"], "peer=here is not an address"),
     ],
 )

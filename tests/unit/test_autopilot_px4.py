@@ -54,7 +54,7 @@ def test_px4_climbs_and_holds_its_height(tmp_path: Path, capfd: pytest.CaptureFi
     assert seen["gps"] == pytest.approx(len(stamps) / 25, abs=2)
     out, err = capfd.readouterr()
     assert "the autopilot closed the connection" in out
-    assert "bytes that are no message of MAVLink" in err
+    assert "bytes that are not a MAVLink message" in err
     log = read_native(tmp_path / "run")
     # disarmed and starting up, it rests
     assert np.nanmax(log.columns["rotor_speed_cmd_1"][:50]) == 0.0

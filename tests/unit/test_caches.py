@@ -82,7 +82,7 @@ def test_a_folder_that_is_not_ours_is_left(
     assert found != place
     assert found.is_dir()
     assert mode(found) == 0o700
-    assert "kept for this process alone" in capsys.readouterr().err
+    assert "used only by this process" in capsys.readouterr().err
 
 
 def _link_in_a_circle(place: Path) -> None:
@@ -152,7 +152,7 @@ def test_strange_folders_are_left(
     assert home not in found.parents
     assert mode(found) == 0o700
     assert sorted(home.rglob("*")) == before
-    assert "kept for this process alone" in capsys.readouterr().err
+    assert "used only by this process" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("error", [errno.ENOSPC, errno.EROFS, errno.EDQUOT, errno.EIO])

@@ -103,5 +103,5 @@ def test_the_copy_has_the_new_numbers_and_the_folder_stays(tmp_path: Path) -> No
     assert (out / "meshes" / "hull.obj").is_file()
     assert (own / "robot.yaml").read_text(encoding="utf-8") == YAML
     assert "+  drag: {effect: quadratic_drag, medium: water, coefficient_x: 31.25}" in edit.diff
-    with pytest.raises(ConfigError, match="there already"):
+    with pytest.raises(ConfigError, match="already exists"):
         write_robot(edit, out)

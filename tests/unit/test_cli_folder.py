@@ -40,7 +40,7 @@ def test_an_answer_goes_to_its_folder(elsewhere: Path) -> None:
 def test_a_folder_without_a_name_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     """It would be the present one."""
     assert main(["run", *BRIEF, "out="]) == 2
-    assert "names no folder" in capsys.readouterr().err
+    assert "does not name a folder" in capsys.readouterr().err
 
 
 def test_a_run_that_would_overwrite_what_it_repeats_is_refused(

@@ -54,9 +54,9 @@ WRONG = [
     ("run ROBOT time.duration=5s", "'5s' is not a number", "to 1e+06 s"),
     ("run ROBOT fluid.physics.adhesion=0.01", "fluid.physics.adhesion", "water=particles"),
     ("run ROBOT water=particles fluid.solid_scale.a=2", "solid_scale.a", "put a + in front"),
-    ("run ROBOT initial.position=[0, 0, 1]", "ends inside of", "'initial.position=[0, 0, 1]'"),
+    ("run ROBOT initial.position=[0, 0, 1]", "ends inside", "'initial.position=[0, 0, 1]'"),
     ("run ROBOT --duration 5", "no flag --duration", "write duration=5"),
-    ("run robot=own.urdf", "nor a file here", "seals new robot NAME urdf=FILE"),
+    ("run robot=own.urdf", "nor an existing file", "seals new robot NAME urdf=FILE"),
     ("diagnose flight.ulg", "log=flight.ulg: there is no such file", "Give a log folder"),
     ("convert flight.ulg out=x", "log=flight.ulg: there is no such file", "Shipped: hidden_effect"),
     ("run ROBOT +effect@effects.gravity=gravity", "effects.gravity is chosen twice", "leave the +"),
@@ -75,9 +75,9 @@ WRONG = [
     ("run experiment=drop_tst", "experiment=drop_tst", "Did you mean 'drop_test'?"),
     ("run ROBOT --multirn", "--multirn", "--multirun"),
     ("rnu robot=ball", "no verb 'rnu'", "Did you mean 'run'?"),
-    ("list efect", "no kind 'efect'", "Did you mean 'effect'?"),
+    ("list efect", "'efect' is not a kind", "Did you mean 'effect'?"),
     ("describe effect wnd", "effect 'wnd'", "Did you mean 'wind'?"),
-    ("describe a b c", "not a kind and a name", "seals describe KIND NAME"),
+    ("describe a b c", "not a kind followed by a name", "seals describe KIND NAME"),
     ("check", "robot is not given", "robot=FOLDER"),
     ("run ROBOT learner=sac", "seals run does not know learner=", "belongs to seals train"),
     ("run ROBOT +learner=sac", "seals run does not know learner=", "belongs to seals train"),
@@ -89,20 +89,20 @@ WRONG = [
     ("view nowhere", "no run, experiment or robot has this name", "seals help view"),
     ("export", "policy is not given", "seals export policy=FOLDER"),
     ("run ROBOT initial.position.z=2", "initial.position is a list", "initial.position.0=VALUE"),
-    ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0 on"),
+    ("run ROBOT initial.position.7=2", "initial.position[7] is not allowed", "from 0"),
     ("teleop ROBOT script=", "script= has no value", "script=keys.yaml"),
     ("compare ROBOT fit.steps=abc", "fit is a list, which has no 'steps'", "fit.0=VALUE"),
     ("verify log=hidden_effect/flight_a model=", "model= does not exist", "Make one: seals add"),
-    ("convert log=hidden_effect/flight_a out=x", "is a log folder already", "seals diagnose log="),
+    ("convert log=hidden_effect/flight_a out=x", "is already a log folder", "seals diagnose log="),
     ("compare ROBOT", "log is not given", "log=FOLDER"),
     ("run ROBOT seed=range(3)", "seed=range(3) holds several values", "--multirun"),
     ("run ROBOT ++water=fossen", "++water: the choice of a group", "write water=NAME"),
     ("run ROBOT ~water=particles", "~water=particles: there is no such key", "--cfg job"),
     ("run ROBOT ~time.step=3", "~time.step=3: the value is 0.004", "write ~time.step"),
     ("run ROBOT --config-path nowhere", "--config-path nowhere: there is no", "folder of config"),
-    ("run ROBOT hydra.run.dir=", "hydra.run.dir= names no folder", "hydra.run.dir=FOLDER"),
+    ("run ROBOT hydra.run.dir=", "hydra.run.dir= does not name a folder", "hydra.run.dir=FOLDER"),
     ("run ROBOT --config-dir nowhere", "--config-dir nowhere: there is no", "folder of config"),
-    ("run ROBOT hide=wind", "hide=wind is not allowed", "in brackets: hide=[wind]"),
+    ("run ROBOT hide=wind", "hide=wind is not allowed", "in brackets is required: hide=[wind]"),
     (
         "check robot=ball robot=box",
         "robot=ball robot=box: several robots",
@@ -201,7 +201,7 @@ def test_an_interval_is_for_a_sweeper_that_searches(
     """The basic one needs values to count."""
     assert main(["run", "-m", f"robot={pebble}", "seed=interval(0,1)"]) == 2
     first, second = capsys.readouterr().err.splitlines()
-    assert first == "ConfigError: an interval has no number of values."
+    assert first == "ConfigError: an interval does not define a number of values."
     assert "hydra/sweeper=optuna" in second
 
 
@@ -212,8 +212,8 @@ def test_a_folder_that_is_no_robot_is_named(
     (elsewhere / "hull").mkdir()
     assert main(["run", "robot=hull"]) == 2
     assert capsys.readouterr().err.splitlines() == [
-        "UnknownPlugin: robot 'hull' is here, but holds no robot.yaml.",
-        "Make one of a URDF: seals new robot NAME urdf=FILE, or see: seals list robot",
+        "UnknownPlugin: robot 'hull' exists here, but contains no robot.yaml.",
+        "Create one from a URDF: seals new robot NAME urdf=FILE, or see: seals list robot",
     ]
 
 
@@ -240,7 +240,7 @@ def test_a_run_is_not_resumed_as_a_training(
         (elsewhere / "old" / name).touch()
     assert main(["train", "resume=old"]) == 2
     first, second = capsys.readouterr().err.splitlines()
-    assert first.endswith("this folder holds a run, not a training.")
+    assert first.endswith("this folder contains a run, not a training.")
     assert "seals run resume=old" in second
 
 
@@ -252,7 +252,7 @@ def test_a_key_with_two_values_is_remarked(
     application(monkeypatch, lambda config: seen.append(config.seed))
     assert main(["run", f"robot={pebble}", "seed=1", "seed=2"]) == 0
     assert seen == [2]
-    assert capsys.readouterr().err == "seed is given 2 values; the last one holds: seed=2\n"
+    assert capsys.readouterr().err == "seed is given 2 values; the last one is used: seed=2\n"
 
 
 @pytest.mark.parametrize("line", ["run robot=bal", "run robot=FOLDER time.step=nan"])
@@ -363,7 +363,7 @@ def test_what_may_not_be_written_is_said_in_words(
     application(monkeypatch, execute)
     assert main(["run", f"robot={pebble}"]) == 2
     said = capsys.readouterr().err.splitlines()
-    assert said[0].endswith(f"'/theirs/x.hdf5' may not be read or written: {os.strerror(number)}.")
+    assert said[0].endswith(f"'/theirs/x.hdf5' cannot be read or written: {os.strerror(number)}.")
     assert "another place" in said[1]
 
 
@@ -429,7 +429,7 @@ def test_a_folder_that_cannot_be_made_is_said_in_words(
     (tmp_path / "runs").write_text("in the way", encoding="utf-8")
     assert main(["run", *words, "experiment=drop_test"]) == 2
     said = capsys.readouterr().err
-    assert "cannot be made" in said
+    assert "cannot be created" in said
     assert "Errno" not in said
     assert ": out=FOLDER" in said
 

@@ -27,7 +27,7 @@ FIFTY = [
     ("run robot=ball guide=hovr", "guide 'hovr'", "Did you mean 'hover'?"),
     ("describe effect drag", "effect 'drag'", "'quadratic_drag'"),
     ("describe drag", "name 'drag'", "seals describe effect quadratic_drag"),
-    ("describe efect wind", "no kind 'efect'", "Did you mean 'effect'?"),
+    ("describe efect wind", "'efect' is not a kind", "Did you mean 'effect'?"),
     ("render run fps=25Hz", "'25Hz' is not a number", "from 0.1 to 240 Hz"),
     ("render run quality=papr", "quality=papr", "Did you mean 'paper'?"),
     ("run robot=ball hide=[air_darg]", "hide=air_darg", "Did you mean 'air_drag'?"),
@@ -47,7 +47,7 @@ FIFTY = [
     ("diagnose note.txt", "log=note.txt is not a log folder", "seals convert log=FILE"),
     ("diagnose log=answer", "log=answer is not a log folder", "seals convert log=FILE"),
     ("add diagnosis=run name=x", "diagnosis=run", "seals diagnose log=FOLDER"),
-    ("check note.txt", "robot 'note.txt' is here", "urdf=FILE"),
+    ("check note.txt", "robot 'note.txt' exists here", "urdf=FILE"),
     ("teleop robot=ball script=nowhere.yaml", "script nowhere.yaml", "keys.yaml"),
     ("teleop robot=ball script=keys.yaml", "keys.yaml is not valid YAML", "brackets"),
     ("verify log=hidden_effect/flight_a model=nosuch", "model=nosuch", "seals add"),
@@ -63,7 +63,7 @@ FIFTY = [
     ("list effect wind", "more than one kind", "seals describe effect wind"),
     # a missing '=', brackets, key or value
     ("run robot:ball", "robot:ball", "Did you mean robot=ball?"),
-    ("run robot = ball", "'=' stands apart", "KEY=VALUE"),
+    ("run robot = ball", "'=' is separated", "KEY=VALUE"),
     ("run robot=ball time.duration 2", "time.duration: no experiment", "value: time.duration=2."),
     ("run -robot ball", "no flag -robot", "robot="),
     ("calibrate log=hidden_effect/flight_a parameters=mass", "parameters=mass", "=[mass]"),
@@ -84,13 +84,13 @@ FURTHER = [
     ("run robot=ball wave.amplitude=1", "not a key of wave", "Choose one first: wave=NAME.  Allo"),
     # a name that nothing has, with the nearest, and a place that cannot be a key
     ("diagnose hidden_effect/flight_c", "no log, experiment", "log=hidden_effect/flight_b?  See:"),
-    ("view some/place", "nothing here is called so", "Give a folder or a file that is there"),
+    ("view some/place", "there is no such file here", "Give an existing folder or file"),
     ("describe", "nothing is named", "seals describe KIND NAME"),
     ("new robbot x urdf=hexa.urdf", "'robbot' is not a kind", "Did you mean 'robot'?"),
     ("compare experiment=falling_balls only=[golf]", "no log is called 'golf'", "'golf_ball'?"),
     ("record env=reach episodes=-1", "episodes=-1 is not", "episodes=1 or more"),
-    ("run --urdf my.urdf", "seals run takes a robot", "seals new robot NAME urdf=my.urdf"),
-    ("check urdf=my.urdf", "seals check takes a robot", "seals new robot NAME urdf=my.urdf"),
+    ("run --urdf my.urdf", "seals run needs a robot", "seals new robot NAME urdf=my.urdf"),
+    ("check urdf=my.urdf", "seals check needs a robot", "seals new robot NAME urdf=my.urdf"),
     # a list of places without brackets of its own
     (
         "run robot=hexacopter controller=cascade guide=waypoints guide.places=[0,0,1]",
@@ -105,10 +105,10 @@ FURTHER = [
     ("convert log=empty.csv out=e", "'empty.csv' is empty", "complete copy"),
     ("convert log=header.csv out=e", "has no rows", "rows of numbers"),
     ("convert log=a.csv reader=ulog out=e", "not a ULog file", "seals list reader"),
-    ("convert log=a.csv map=list.yaml out=e", "it holds a list", "NAME: VALUE"),
+    ("convert log=a.csv map=list.yaml out=e", "but contains a list", "NAME: VALUE"),
     ("convert log=a.csv out=e", "2 rows", "seals help convert"),
     ("new robot x urdf=empty.csv", "is empty", "complete copy"),
-    ("new robot x urdf=https://example.com/a.urdf", "is an address", "Download it"),
+    ("new robot x urdf=https://example.com/a.urdf", "is a web address", "Download it"),
 ]
 
 

@@ -92,7 +92,7 @@ def test_robot_file_that_is_not_text(pebble: Path) -> None:
 
 def test_folder_without_robot_file(tmp_path: Path) -> None:
     """A folder without ``robot.yaml`` is no robot."""
-    with pytest.raises(UnknownPlugin, match=r"no folder .* that holds robot\.yaml"):
+    with pytest.raises(UnknownPlugin, match=r"no folder .* with a robot\.yaml"):
         compose([f"robot={tmp_path / 'empty'}"])
 
 

@@ -44,10 +44,10 @@ def test_without_a_measured_pose_the_stated_start_is_needed() -> None:
 
 def test_a_robot_that_stands_is_refused() -> None:
     """In two lines, with what to do."""
-    with pytest.raises(LogError, match=r"never is free of contact.*longest 0\.8 s") as refusal:
+    with pytest.raises(LogError, match=r"never without contact.*longest 0\.8 s") as refusal:
         contact_free(_log([[0.0, 9.0]]))
     assert str(refusal.value).count("\n") == 1
-    with pytest.raises(LogError, match="begins and ends"):
+    with pytest.raises(LogError, match="beginnings and ends"):
         contact_free(_log([1.0, 2.0]))
 
 

@@ -21,12 +21,12 @@ from seals.run.build import run_settings
 
 
 def test_a_gain_on_the_rate_is_refused() -> None:
-    """What has no form over a batch is said, with the allowed value."""
+    """What has no batched form is said, with the allowed value."""
     words = ["robot=aam", "water=fossen", "controller=cascade", "guide=hover"]
     settings = run_settings([*words, "controller.rate_gain=[0.1,0.1]"])
     robot, effects = build_model(settings)
     plant = build_plant(robot, effects, settings.environment)
-    with pytest.raises(ConfigError, match="no form over a batch"):
+    with pytest.raises(ConfigError, match="no batched form"):
         settings.controller.batched(plant, stowed(robot), np.zeros(1))
 
 

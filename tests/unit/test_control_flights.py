@@ -179,7 +179,7 @@ def test_the_oval_s_velocity_is_the_slope_of_its_place() -> None:
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        (("robot=ball", "guide=hover"), "no controller that follows it"),
+        (("robot=ball", "guide=hover"), "without a controller that follows it"),
         (("robot=ball", "guide=hover", "controller=cascade"), "needs four rotors"),
         (("robot=aam", "guide=hover", "controller=station"), "do not command surge"),
         (("robot=auv", "guide=hover", "controller=cascade"), "needs four rotors"),

@@ -304,7 +304,7 @@ def test_a_thrust_in_air_may_be_the_mass_of_the_data_sheet(monkeypatch: pytest.M
 def test_no_name_where_the_data_sheet_must_give_way(
     changed: float, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A force is left over and the stated numbers are four tolerances off: none of these."""
+    """A force is left over and the stated numbers are four tolerances apart: none of these."""
     level = DisturbanceLevel(level=5.0, gain=500.0, allowance=0.0, between=5.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: level)
     best = model(["wind"], misfit=1.0, score=5000.0)

@@ -31,9 +31,9 @@ def test_a_log_that_lacks_something_else_is_told() -> None:
         to_dict=lambda: table,
     )
     assert sentence(found).splitlines() == [
-        "None of the effects in the library: why.",
+        "No effect of the library explains the log: why.",
         "  by log: a 90 -> 1.02; b 80 -> 0.98; c 300 -> 14",
-        "  Something else is missing in c: diagnose it on its own.",
+        "  A further effect is missing in c: diagnose this log separately.",
     ]
     table["held_out_by_log"] = []
-    assert sentence(found) == "None of the effects in the library: why."
+    assert sentence(found) == "No effect of the library explains the log: why."

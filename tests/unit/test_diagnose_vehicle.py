@@ -118,8 +118,8 @@ def test_a_description_that_lacks_a_part_is_refused(change: dict[str, Any], word
 
 @pytest.mark.parametrize(("name", "parent"), [("upper", "upper"), ("fore", "nowhere")])
 def test_links_in_disorder_are_refused(name: str, parent: str) -> None:
-    """A second 'upper' could not be told from the first; what hangs on nothing has no place."""
-    with pytest.raises(LogError, match=f"vehicle.arm: '{name}' hangs on '{parent}'"):
+    """A second 'upper' is ambiguous; a link with an unknown parent has no place."""
+    with pytest.raises(LogError, match=f"vehicle.arm: '{name}' has the parent '{parent}'"):
         read_vehicle(described([link("upper", "body"), link(name, parent)]))
 
 

@@ -201,7 +201,7 @@ def test_few_effects_that_a_log_could_not_show_hinder_no_verdict(
 
 
 def test_a_moved_number_is_told_and_never_nothing_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rotors stated reversed: a reaction torque 20 tolerances off explains the log."""
+    """Rotors stated reversed: a reaction torque 20 tolerances apart explains the log."""
     said = answer(monkeypatch, channel(9.0, 1.0, 1.0), sigmas=(*(0.1,) * 25, -20.2))
     assert said.verdict is Verdict.cannot_tell
     assert [round(m.sigmas, 1) for m in said.stated_wrong] == [-20.2]
@@ -356,7 +356,7 @@ def test_a_wrong_number_is_printed_with_what_to_do() -> None:
     }
     first, last = wrong_lines([number])
     assert "stated 1.36e-07 N m/(rad/s)^2, found -1.39e-07" in first
-    assert "20.2 tolerances off; the sign is opposite" in first
+    assert "20.2 tolerances apart; the sign is opposite" in first
     assert "seals calibrate log=FOLDER 'parameters=[actuators.rotors.torque_coefficient]'" in last
     assert wrong_lines([]) == []
     assert wrong_lines([{**number, "calibrates": False}])[1] == "  measure again"
@@ -475,7 +475,7 @@ def test_a_correction_of_the_stated_model_is_offered() -> None:
     first, last = moved_lines([number], "log=dive")
     assert first == (
         "  within its tolerance: quadratic drag in water, y (effects.drag.coefficient_y): "
-        "stated 434 N s^2/m^2, found 216.7 N s^2/m^2, 1.7 tolerances off"
+        "stated 434 N s^2/m^2, found 216.7 N s^2/m^2, 1.7 tolerances apart"
     )
     assert last.endswith("seals calibrate log=dive 'parameters=[effects.drag.coefficient_y]'")
     assert moved_lines([{**number, "calibrates": False}])[1:] == []

@@ -42,7 +42,7 @@ def test_the_old_file_stands(error: Exception, monkeypatch: pytest.MonkeyPatch) 
     if isinstance(error, ValueError):
         empty: Any = type("Statvfs", (), {"f_bavail": 3, "f_frsize": 4096})
         monkeypatch.setattr(os, "statvfs", lambda place: empty)
-    told = pytest.raises(DiskFull, match=r"no room left on the disk for a\.txt")
+    told = pytest.raises(DiskFull, match=r"no space left on the disk for a\.txt")
     with told, atomic_path("a.txt") as beside:
         _half(beside, error)
     assert Path("a.txt").read_text() == "old"
@@ -76,7 +76,7 @@ def test_a_checkpoint_without_room_stops_no_run(
     monkeypatch.setattr(checkpoint, "_write", full_later)
     assert main([*DROP, "checkpoint=1e-9", "hydra.run.dir=cut"]) == 130
     said = capsys.readouterr().err
-    assert "no checkpoint at 0.044 s: there is no room left" in said
+    assert "no checkpoint at 0.044 s: there is no space left" in said
     # and not again at each of the next twenty
     assert said.count("no checkpoint at") == 1
     monkeypatch.undo()
@@ -105,7 +105,7 @@ def test_a_scene_cut_short_is_not_taken_up(capsys: pytest.CaptureFixture[str]) -
     for cut in (0.3, 0.9, 0.999):
         scene.write_bytes(raw[: int(cut * len(raw))])
         assert main(["run", "resume=cut"]) == 2, cut
-        assert "was cut short" in capsys.readouterr().err, cut
+        assert "is truncated" in capsys.readouterr().err, cut
 
 
 @pytest.mark.parametrize("stage", ["old", "gone", "new"])
@@ -138,8 +138,8 @@ def test_the_command_says_it_in_two_lines(
     monkeypatch.setattr(application, "write_log", full)
     assert main([*DROP, "hydra.run.dir=cut"]) == 2
     said = capsys.readouterr().err.strip().splitlines()
-    assert said[-2] == "DiskFull: there is no room left on the disk for some/file."
-    assert "Make room" in said[-1]
+    assert said[-2] == "DiskFull: there is no space left on the disk for some/file."
+    assert "Free some space" in said[-1]
 
 
 def test_the_library_of_policies_tells_of_it_in_words_of_its_own(tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_the_library_of_policies_tells_of_it_in_words_of_its_own(tmp_path: Path)
     least, most = resource.getrlimit(limit)
     resource.setrlimit(limit, (20_000, most))
     try:
-        with pytest.raises(DiskFull, match="no room left"), atomic_folder(target) as beside:
+        with pytest.raises(DiskFull, match="no space left"), atomic_folder(target) as beside:
             write_tensors(beside / "weights.safetensors", {"w": np.zeros(10_000)})
     finally:
         resource.setrlimit(limit, (least, most))

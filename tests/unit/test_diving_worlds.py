@@ -120,7 +120,7 @@ def test_what_a_batch_has_not_is_refused_in_words() -> None:
     for words, said in (
         (("+objects.ball={robot: ball}",), "further objects: ball"),
         (("backend.slope=0.1",), "a slope"),
-        (("+objects.crab.guide=march",), "March has no form over a batch"),
+        (("+objects.crab.guide=march",), "March has no batched form"),
     ):
         with pytest.raises(ConfigError, match=said):
             built(*words)

@@ -116,7 +116,7 @@ def test_one_number_stands_for_all_drives() -> None:
         ({"thrust_coefficient": [0.0]}, "finite and positive"),
         ({"time_constant": [-0.1]}, "finite and not negative"),
         ({"torque_coefficient": [float("nan")]}, "rotors.torque_coefficient"),
-        ({"direction": [0.5]}, "1 or -1 each"),
+        ({"direction": [0.5]}, "1 or -1 for each"),
         ({"axis": [[0.0, 0.0, 0.0]]}, "axis of no length"),
         ({"position": [[0.0, 0.0], [1.0, 0.0]]}, "rows of three numbers"),
         ({"position": []}, "rows of three numbers"),

@@ -297,5 +297,5 @@ def test_instances_are_named_by_words() -> None:
     config: Any = compose(["robot=ball", "water=none"])
     with open_dict(config):
         config.effects["../../x"] = config.effects.gravity
-    with pytest.raises(ConfigError, match="no such name can be given"):
+    with pytest.raises(ConfigError, match="this name is not allowed"):
         build_run(config)

@@ -165,7 +165,7 @@ def test_the_keeper_fills_what_a_body_left() -> None:
 
 def test_a_thin_ring_and_small_sides_are_refused() -> None:
     """The ring must be wider than a particle sees, and leave water inside."""
-    with pytest.raises(ConfigError, match="too thin: a particle sees two spacings"):
+    with pytest.raises(ConfigError, match="too thin: the range of a particle is two spacings"):
         FluidWindow(ring=2).box(EnvironmentSettings(water_level=0.0))
     with pytest.raises(ConfigError, match=r"width of 0.5 m is too small .*\n.* 0.7 m or more"):
         FluidWindow(size=[2.0, 0.5, 0.8]).box(EnvironmentSettings(water_level=0.0))
@@ -194,7 +194,7 @@ def test_waves_that_particles_cannot_follow_are_refused() -> None:
     with pytest.raises(ConfigError, match=r"shortest wave of 0.39 m is 3.9 spacings long"):
         refuse_sea(short, box(), floor=None)
     long = WaveSea(height=0.1, period=3.0)
-    with pytest.raises(ConfigError, match=r"stands still.*\n.*wave=sea wave.depth=0.8"):
+    with pytest.raises(ConfigError, match=r"is fixed.*\n.*wave=sea wave.depth=0.8"):
         refuse_sea(OuterSea(long, 0.0, (0.0, 0.0)), box(), floor=-0.8)
     fit = WaveSea(height=0.1, period=3.0, depth=0.8)
     refuse_sea(OuterSea(fit, 0.0, (0.0, 0.0)), box(), floor=-0.8)
@@ -206,10 +206,10 @@ def test_what_does_not_fit_into_the_window_is_refused() -> None:
     with pytest.raises(PhysicsError, match=r"smaller than its robot of 1.3 m"):
         refuse_large_robot(far, box())
     rest = np.array([[0.0, 0.0, 0.0], [1.2, 0.0, 0.0]])
-    with pytest.raises(PhysicsError, match=r"'cube/base' is outside of the window"):
+    with pytest.raises(PhysicsError, match=r"'cube/base' is outside the window"):
         refuse_astray(["robot/base", "cube/base"], rest, box())
     rock = Solid("rock", "box", (1.0, 1.0, 1.0), np.zeros(3), np.array([0, 0, 0, 1.0]), 0.5, 0.0)
-    with pytest.raises(ConfigError, match="'rock' stands in the water"):
+    with pytest.raises(ConfigError, match="'rock' is in the water"):
         refuse_ground(EnvironmentSettings(water_level=0.0), [rock])
 
 
@@ -220,7 +220,7 @@ def test_a_wave_without_orbits_is_refused() -> None:
         def at(self, position: Any, time: Any, level: float) -> Any:
             return SEAS[0].at(position, time, level)
 
-    with pytest.raises(ConfigError, match="must know how far its waves"):
+    with pytest.raises(ConfigError, match="needs the displacement of the water"):
         OuterSea(Bare(), 0.0, (0.0, 0.0))
     assert math.isinf(OuterSea(WaveStill(), 0.0, (0.0, 0.0)).shortest)
 

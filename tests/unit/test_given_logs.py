@@ -154,7 +154,7 @@ def test_an_answer_tells_all_its_logs_and_what_was_left_out(tmp_path: Path) -> N
 
 
 def test_only_the_logs_that_were_diagnosed_are_added() -> None:
-    """In any order and at any place; neither fewer nor others."""
+    """In any order and at any place; neither fewer nor different ones."""
     diagnosed = {"/a": "1", "/b": "2"}
     _refuse_other_logs(diagnosed, {"/moved/b": "2", "/a": "1"})
     _refuse_other_logs({}, {"/a": "1"})

@@ -45,10 +45,10 @@ def test_the_size_of_a_file_is_bounded(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     with file.open("wb") as stream:
         stream.truncate(1 << 40)
-    with pytest.raises(LogError, match="allowed are"):
+    with pytest.raises(LogError, match="the limit is"):
         regular_file(file)
     file.write_bytes(bytes(11))
-    with pytest.raises(LogError, match="allowed are 10"):
+    with pytest.raises(LogError, match="the limit is 10"):
         read_bytes(file, most=10)
 
 
@@ -62,7 +62,7 @@ def test_the_values_of_a_table_are_bounded(tmp_path: Path, monkeypatch: pytest.M
     parquet.write_table(pa.table({"t": np.arange(50), "x": np.zeros(50)}), tmp_path / "a.parquet")
     (tmp_path / "a.csv").write_text("t,x\n" + "1,2\n" * 50)
     for read, name in ((table.read_parquet, "a.parquet"), (table.read_csv_columns, "a.csv")):
-        with pytest.raises(LogError, match="allowed are 99 values"):
+        with pytest.raises(LogError, match="the limit is 99 values"):
             read(tmp_path / name)
 
 

@@ -100,7 +100,7 @@ def test_a_strangers_folder_only_sets_values(
     strange(HEAD, "experiment/theirs.yaml")
     folder = strange(text if text.startswith("#") or "more/" in place else text + "\n", place)
     words = ["run", "--config-dir", str(folder), "experiment=theirs", "time.duration=0.05"]
-    assert "when you trust it, say so: --config-dir FOLDER --trust" in refused(capsys, words)
+    assert "if you trust it, use: --config-dir FOLDER --trust" in refused(capsys, words)
 
 
 def test_a_broken_file_is_no_question_of_trust(capsys: pytest.CaptureFixture[str]) -> None:
@@ -119,7 +119,7 @@ def test_links_that_lead_out_of_a_strangers_folder_are_refused() -> None:
     folder = strange(HEAD)
     Path("elsewhere").mkdir()
     (folder / "more").symlink_to(Path("elsewhere").resolve())
-    with pytest.raises(ConfigError, match="link that leads out"):
+    with pytest.raises(ConfigError, match="link that leads outside"):
         refuse_commands(folder)
 
 
@@ -166,8 +166,8 @@ def test_trust_makes_no_class_of_a_plug_ins_place() -> None:
     ("text", "words"),
     [
         ("urdf: r.urdf\nsummary: '${oc.env:HOME}'\n", "holds a reference"),
-        ("urdf: ../r.urdf\n", "lies outside"),
-        ("urdf: linked.urdf\n", "lies outside"),
+        ("urdf: ../r.urdf\n", "is outside"),
+        ("urdf: linked.urdf\n", "is outside"),
         (
             "urdf: r.urdf\neffects: {'a@hydra.callbacks.b': {effect: gravity}}\n",
             "is not a valid name",

@@ -143,7 +143,7 @@ class Wire:
         """Note a place.
 
         Raises:
-            OSError: it is out of reach.
+            OSError: it cannot be commanded.
         """
         if self.broken:
             raise OSError(101, "Network is unreachable")

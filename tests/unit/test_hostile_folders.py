@@ -69,7 +69,7 @@ def test_files_that_are_written_to_are_ordinary_ones(
         JOBS_LOCK: lambda: opened(elsewhere).__enter__(),
         TABLE: lambda: _note(elsewhere),
     }
-    with pytest.raises(ConfigError, match="not an ordinary file"):
+    with pytest.raises(ConfigError, match="not a regular file"):
         users[name]()
     assert content(home) == before
 
@@ -89,7 +89,7 @@ def test_links_in_a_run_folder_are_refused(elsewhere: Path, home: Path, place: s
     path.parent.mkdir(parents=True)
     path.symlink_to(home / path.name if path.name == "log.parquet" else home)
     before = content(home)
-    with pytest.raises(ConfigError, match="leads out of its run folder"), held(elsewhere / "run"):
+    with pytest.raises(ConfigError, match="leads outside its run folder"), held(elsewhere / "run"):
         set_aside(elsewhere / "run")
     assert content(home) == before
 
@@ -138,7 +138,7 @@ def test_a_strangers_sweep_is_resumed_in_its_folder(
     assert main(["run", "resume=s"]) == 2
     assert content(home) == before
     text = capsys.readouterr().err
-    assert "leads out" in text or "no ordinary file" in text or "not an ordinary file" in text
+    assert "leads out" in text or "no ordinary file" in text or "not a regular file" in text
     assert "Traceback" not in text
 
 
@@ -157,7 +157,7 @@ def test_instants_are_taken_over_from_the_run_alone(elsewhere: Path, home: Path,
     """A link to a device would fill the disk, one to a file would publish it."""
     (elsewhere / "cut" / FOLDER).mkdir(parents=True)
     STRANGE[kind](elsewhere / "cut" / FOLDER / "t_000.0500.npy", home)
-    with pytest.raises(ConfigError, match="is not taken over"):
+    with pytest.raises(ConfigError, match="is not copied"):
         _carried(elsewhere)
     assert _carried_files(elsewhere) == []
 
@@ -183,7 +183,7 @@ def test_frames_stay_in_the_folder_of_their_run(elsewhere: Path, home: Path) -> 
     (elsewhere / "run").mkdir()
     assert folder_of_frames(settings, "x").parts[:2] == ("run", "render")
     (elsewhere / "run" / "render").symlink_to(home)
-    with pytest.raises(ConfigError, match="leads out of the folder of its run"):
+    with pytest.raises(ConfigError, match="leads outside the folder of its run"):
         folder_of_frames(settings, "x")
 
 
@@ -234,7 +234,7 @@ def test_a_disk_without_locks_is_said(
     monkeypatch.setattr(fcntl, "flock", none)
     with held(elsewhere) as fresh:
         assert fresh
-    assert "without locks" in capsys.readouterr().err
+    assert "without file locks" in capsys.readouterr().err
 
 
 def test_two_processes_at_once(elsewhere: Path) -> None:

@@ -50,7 +50,7 @@ MESSAGES: dict[str, tuple[Callable[[int], bytes], str]] = {
     "no text": (lambda k: b"\xff\xfe{", "not JSON"),
     "another field": (lambda k: b'{"position": {"x": 1.0}}', "there is no"),
     "no mapping": (lambda k: b"5", "there is no|not a mapping|holds"),
-    "the sign zero": (lambda k: b'{"po\\u0000se": 1}', "number zero|there is no"),
+    "the sign zero": (lambda k: b'{"po\\u0000se": 1}', "null character|there is no"),
 }
 
 
@@ -81,5 +81,5 @@ def test_messages_of_protobuf_are_not_decoded(tmp_path: Path) -> None:
 def test_a_recording_of_rerun_is_told(start: bytes, tmp_path: Path) -> None:
     """No reader takes it: the message says what it is, not that a reader be named."""
     (tmp_path / "a.rrd").write_bytes(start + bytes(100))
-    with pytest.raises(LogError, match="a recording of Rerun, which no reader takes"):
+    with pytest.raises(LogError, match="a recording of Rerun, which no reader accepts"):
         reader_of(tmp_path / "a.rrd")

@@ -108,7 +108,7 @@ def test_a_trusted_recipe_does(elsewhere: Path, capsys: pytest.CaptureFixture[st
     (place / "x.yaml").write_text(HEAD + "name: ${oc.env:SECRET}\n")
     words = ["run", "--config-dir", "theirs", "experiment=x", *SHORT, "hydra.run.dir=a"]
     assert main(words) == 2
-    assert "when you trust it" in capsys.readouterr().err
+    assert "if you trust it" in capsys.readouterr().err
     assert main([*words, "--trust"]) == 0
     assert recalled(Path("a")).name == SECRET
 

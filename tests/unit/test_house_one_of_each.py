@@ -45,7 +45,7 @@ ONE = {
     r"exponential\((d|error|deviations?)\[:, 3:6\]\)": {"seals/batch/state.py"},
     r'"a law"': {"seals/errors.py"},
     r"with a decimal point": {"seals/robot/structure.py"},
-    r"does not say which \{": {"seals/robot/robot_file.py"},
+    r"does not name its \{": {"seals/robot/robot_file.py"},
     r"def column_names\(": {"seals/logs/channels.py"},
     # places of links on the base; the other makes kinematics of them
     r"forward\(.*np\.eye\(3\)\[None\]": {
@@ -95,7 +95,11 @@ def test_no_law_has_a_module_for_many_beside_the_one() -> None:
 
 def test_the_modules_that_the_page_names_are_there() -> None:
     """Each path of the table "One of each", from the root or from the core."""
-    table = PAGE.read_text(encoding="utf-8").partition("## One of each")[2].partition("\n## ")[0]
+    table = (
+        PAGE.read_text(encoding="utf-8")
+        .partition("## One implementation of each responsibility")[2]
+        .partition("\n## ")[0]
+    )
     rows = [line for line in table.splitlines() if line.startswith("| ")]
     paths = re.findall(r"`([\w/]+(?:\.py|/))`", "\n".join(rows))
     assert len(paths) > 15

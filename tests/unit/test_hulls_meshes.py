@@ -70,7 +70,7 @@ def test_mixed_winding_becomes_samples_of_the_right_volume() -> None:
     faces[3] = faces[3, ::-1]
     hull, notes = hull_from_mesh((CORNERS, faces))
     assert isinstance(hull, HullSamples)
-    assert "not wound alike" in notes[0].text
+    assert "not consistently oriented" in notes[0].text
     assert hull.volume == pytest.approx(VOLUME, rel=0.01)
 
 
@@ -110,7 +110,7 @@ def test_missing_file_lists_the_folder(tmp_path: Path) -> None:
 def test_header_is_not_believed(tmp_path: Path) -> None:
     """A header that declares 200 MB is refused before anything is read."""
     path = write_stl(tmp_path / "bomb.stl", FACES, declared=4_000_000)
-    with pytest.raises(RobotError, match="cut short"):
+    with pytest.raises(RobotError, match="truncated"):
         hull_from_mesh(path)
 
 

@@ -86,7 +86,7 @@ def near(monkeypatch: pytest.MonkeyPatch) -> str:
     [
         ("_crash", "crashes"),
         # a library that ends the process with code 0
-        ("_quit", "handed over nothing"),
+        ("_quit", "returned nothing"),
         # packed zeros take a thousandth of the memory that they unpack to
         pytest.param(
             "_swell",
@@ -110,7 +110,7 @@ def test_an_endless_loop_is_refused(
     monkeypatch.setattr(isolated_reading, "SECONDS", 1)
     monkeypatch.setattr(isolated_reading, "PATIENCE", 60.0)
     (tmp_path / "a").write_bytes(b"x")
-    with pytest.raises(LogError, match="longer than 1 s of computing"):
+    with pytest.raises(LogError, match="longer than 1 s of processor time"):
         read_isolated(f"{near}:_hang", tmp_path / "a")
 
 

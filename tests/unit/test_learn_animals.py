@@ -359,14 +359,14 @@ def test_gymnasium_finds_nothing_to_say(env: str) -> None:
 @pytest.mark.parametrize(
     ("env", "words", "said"),
     [
-        ("catch", ["backend=twin", "~objects"], "backend=twin flies robots with their joints held"),
+        ("catch", ["backend=twin", "~objects"], "backend=twin simulates robots with held joints"),
         ("catch", ["task.object=lobster"], "object 'lobster', which is not in the run"),
         ("catch", ["robot=crazyflie"], "needs a gripper with tips"),
         ("catch", ["environment.water_level=null", "water=none"], "needs water"),
         ("reach", ["task=walk"], "task walk needs legs"),
         ("crab_walk", ["task.nearest=1.0"], "task.nearest=1.0 is above task.farthest=0.4"),
         ("crab_walk", ["task.manner.lift=[2.0,1.0]"], "is not a range"),
-        ("crab_walk", ["+task.manner.bounce=[0.0,1.0]"], "no manner 'bounce'"),
+        ("crab_walk", ["+task.manner.bounce=[0.0,1.0]"], "no parameter 'bounce'"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(env: str, words: list[str], said: str) -> None:

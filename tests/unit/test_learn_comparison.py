@@ -103,7 +103,7 @@ def test_unequal_effort_is_told(study: Path) -> None:
     # without a budget the shortest run sets it, and the rest is left out aloud
     cut = compare(arms, AnalysisPlan())
     assert cut.terms.budget == 500
-    assert "fast: 6 runs went on" in " ".join(cut.remarks)
+    assert "fast: 6 runs continued" in " ".join(cut.remarks)
 
 
 def test_the_command_writes_numbers_page_and_picture(

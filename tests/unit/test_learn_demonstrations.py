@@ -305,7 +305,7 @@ def test_minari_takes_the_episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         np.testing.assert_array_equal(kept.action, again.actions)
         np.testing.assert_allclose(kept.reward, again.rewards, rtol=1e-6)
         assert kept.terminated.tolist() == again.terminations.tolist()
-    with pytest.raises(SealsError, match="data set's id"):
+    with pytest.raises(SealsError, match="id of a data set"):
         write_minari(demos, "two words")
 
 

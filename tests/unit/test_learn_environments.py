@@ -295,10 +295,10 @@ def test_gymnasium_finds_nothing_to_say() -> None:
     [
         (["~env", "robot=aam"], "task is not given"),
         (["guide=hover"], "guide=commanded"),
-        (["task.start_low=[0,0,2]"], "make no box"),
+        (["task.start_low=[0,0,2]"], "do not define a box"),
         (["task.arm=[0.1]"], "task.arm has 1 values"),
         (["task.rate=200", "backend=pybullet", "time.step=0.01"], "above 100"),
-        (["+objects.thing={robot: ball, position: [0, 0, 1]}"], "knows no objects"),
+        (["+objects.thing={robot: ball, position: [0, 0, 1]}"], "has no option objects"),
     ],
 )
 def test_what_cannot_be_is_refused_in_words(words: list[str], said: str) -> None:

@@ -317,7 +317,7 @@ def test_mistyped_variants_are_refused() -> None:
     with pytest.raises(ConfigError, match="Did you mean 'scale'"):
         variants_of(OmegaConf.create({"a": {"scalle": {}}}))
     for entry, words in (
-        ({"scale": {"effects.*drug*": 2.0}}, "meets no number but zero"),
+        ({"scale": {"effects.*drug*": 2.0}}, "matches no number except zero"),
         ({"overrides": ["efects.gravity=1"]}, "efects"),
     ):
         (variant,) = variants_of(OmegaConf.create({"a": entry})).values()
@@ -376,7 +376,7 @@ def test_record_then_replay_then_evaluate(
         (["evaluate", "grid=robust"], "robustness"),
         (["record", "keep=success"], "Did you mean 'successes'"),
         (["record", "who=humn"], "Did you mean 'human'"),
-        (["record", "first=2000000000"], "judge a policy"),
+        (["record", "first=2000000000"], "reserved for the evaluation"),
         (["record", "noise=3"], "noise from 0 to 1"),
     ],
 )

@@ -95,10 +95,10 @@ def test_a_shipped_policy_is_exported(tmp_path: Path) -> None:
     [
         (["policy=crab/wlak"], "Did you mean 'crab/walk'"),
         (["policy=crab/walk", "format=onx"], "Did you mean 'onnx'"),
-        (["policy=crab/walk", "out=walk.pt"], "Say out=walk.onnx"),
+        (["policy=crab/walk", "out=walk.pt"], "Use out=walk.onnx"),
         (["policy=crab/walk", "out=there.onnx"], "add replace=true"),
         (["policy=broken"], "It must be of the format safetensors"),
-        (["policy=other"], "weights and metadata do not belong together"),
+        (["policy=other"], "weights and metadata do not match"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(

@@ -115,7 +115,7 @@ def test_a_viewer_that_draws_nothing_is_refused_by_name(
     """A page for a browser is no film."""
     words = [*TINY, "film=true", "viewer=browser", f"hydra.run.dir={tmp_path}"]
     assert main(["train", *words]) == 2
-    assert "draws no frames" in capsys.readouterr().err
+    assert "renders no frames" in capsys.readouterr().err
 
 
 def test_a_training_is_not_lost_with_its_film(

@@ -117,5 +117,5 @@ def test_processes_of_one_policy_stop_together(
     state = read_checkpoint(tmp_path, device="cpu")
     assert state["place"]["step"] == training.step
     monkeypatch.setattr("seals.learn.training.resumption.alike_in_all", lambda _: False)
-    with pytest.raises(ConfigError, match=r"cut off at different steps, this one at \d+\.\n"):
+    with pytest.raises(ConfigError, match=r"interrupted at different steps, this one at \d+\.\n"):
         take_up(training_of(LEARNERS["sac"], tmp_path), device="cpu")

@@ -75,7 +75,7 @@ def network(**change: Any) -> Callable[[Path], None]:
         (edit(format="seals-demonstrations"), "Allowed here: 'seals-policy'"),
         (edit(network=[]), r"network=\[\] .*\n.*a mapping"),
         (edit(network={"kind": "mlq"}), "Did you mean 'mlp'"),
-        (network(hidden=[65_536, 65_536]), "do not belong together"),
+        (network(hidden=[65_536, 65_536]), "do not match"),
         (network(observation=float("inf")), "description of a policy cannot be used"),
         (network(action=-1), "description of a policy cannot be used"),
         (network(hidden="a"), r"hidden=\['a'\] is not allowed"),
@@ -118,7 +118,7 @@ def test_starts_never_meet() -> None:
     assert min(chosen | judged) >= TRAINING_END
     assert training_seed(0) == 0
     for seed in (TRAINING_END, held_out_seeds(1)[0], -1):
-        with pytest.raises(SealsError, match="judge a policy"):
+        with pytest.raises(SealsError, match="reserved for the evaluation"):
             training_seed(seed)
     with pytest.raises(SealsError, match="0 starts"):
         held_out_seeds(0)

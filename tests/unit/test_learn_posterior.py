@@ -158,7 +158,7 @@ def test_a_model_made_of_the_diagnosis_holds_its_means_already(tmp_path: Path) -
     model = {"name": "m", "provenance": {"diagnosis_sha256": sha}}
     found = posterior_of(folder, effects, model).estimates["breeze.velocity_x"]
     assert found == pytest.approx((2.0, 0.3))
-    with pytest.raises(ConfigError, match="made of another diagnosis"):
+    with pytest.raises(ConfigError, match="made from another diagnosis"):
         posterior_of(folder, effects, {"name": "m", "provenance": {"diagnosis_sha256": "0"}})
 
 
@@ -186,7 +186,7 @@ def test_what_was_found_on_the_root_link_is_known_by_its_name(tmp_path: Path) ->
     ("entry", "more", "words", "said"),
     [
         (wind(), {}, [], "it found wind, and the environment has no such effect"),
-        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "cannot be distinguished: breeze, gale"),
+        (wind(), {}, [WIND, "+effect@effects.gale=wind"], "is ambiguous: breeze, gale"),
         ({**water_drag(), "link": 3}, {}, [], "quadratic_drag on link 3"),
         ({**water_drag(), "link": "fin"}, {}, [], "quadratic_drag on link fin"),
         (wind(), {"verdict": "nothing_missing"}, [WIND], "nothing is missing"),
@@ -235,6 +235,6 @@ def test_a_training_takes_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixt
     assert not any("varied_from" in word for word in metadata["overrides"])
     capsys.readouterr()
     assert main([*words, "backend=free", f"hydra.run.dir={tmp_path / 'b'}"]) == 2
-    assert "only twins differ" in capsys.readouterr().err
+    assert "only twins and batches of worlds can differ" in capsys.readouterr().err
     assert main([*words[:-1], f"varied_from={tmp_path}", f"hydra.run.dir={tmp_path / 'c'}"]) == 2
     assert f"varied_from={tmp_path}: there is no diagnosis.json" in capsys.readouterr().err

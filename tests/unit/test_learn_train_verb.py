@@ -199,7 +199,7 @@ def test_a_training_from_the_command_line(
     assert json.loads((run / "run.json").read_text())["state"] == "interrupted"
     assert (run / FILE).is_file()
     assert main(["train", "resume=run", "learner.gamma=0.9"]) == 2
-    assert "would make another training" in capsys.readouterr().err
+    assert "would change the training" in capsys.readouterr().err
     assert main(["train", "resume=run"]) == 0
     facts = json.loads((run / "run.json").read_text())
     assert (facts["state"], facts["step"], facts["learner"], facts["seed"]) == (

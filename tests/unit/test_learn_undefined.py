@@ -80,7 +80,7 @@ def test_a_task_that_returns_no_number_is_refused(backend: str, law: str) -> Non
 
 
 def test_a_training_whose_figures_are_no_numbers_stops(tmp_path: Any) -> None:
-    """A loss that diverged, or the return of an episode under way on an accelerator."""
+    """A loss that diverged, or the return of an unfinished episode on an accelerator."""
     envs = many()
     course = TrainingSchedule(steps=10)
     training = Training(envs.unwrapped.batched, _Agent(), course=course, folder=tmp_path)
@@ -88,7 +88,7 @@ def test_a_training_whose_figures_are_no_numbers_stops(tmp_path: Any) -> None:
     with pytest.raises(PhysicsError, match=r"loss.* not finite by step 0"):
         training._log()
     training._statistics.returns[1] = math.nan
-    with pytest.raises(PhysicsError, match="return of an episode under way"):
+    with pytest.raises(PhysicsError, match="return of an unfinished episode"):
         training._log()
     envs.close()
 

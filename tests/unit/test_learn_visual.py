@@ -128,7 +128,7 @@ def test_a_name_that_is_not_there_cannot_be_withheld() -> None:
 
 def test_something_must_be_left_to_see() -> None:
     """Neither pictures nor any number is nothing."""
-    with pytest.raises(ConfigError, match="nothing is left to see"):
+    with pytest.raises(ConfigError, match="nothing is left to observe"):
         _agent(use_pixels=False, withheld=["target", "x", "y", "z"])
     assert _agent(withheld=["target", "x", "y", "z"]).nets.actor[0].in_features == 50
 

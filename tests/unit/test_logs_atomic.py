@@ -56,7 +56,7 @@ def test_the_name_appears_only_at_the_end(tmp_path: Path) -> None:
 def test_a_folder_in_the_place_of_a_file_is_told_in_words(tmp_path: Path) -> None:
     """It is not removed, and the error is none of the system's."""
     (tmp_path / "a.json").mkdir()
-    with pytest.raises(SealsError, match="is a folder, and a file of that name"):
+    with pytest.raises(SealsError, match="is a folder, but a file of that name"):
         write_json(tmp_path / "a.json", {})
     assert [child.name for child in tmp_path.iterdir()] == ["a.json"]
 

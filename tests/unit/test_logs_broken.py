@@ -95,7 +95,7 @@ def _text(frame: pd.DataFrame) -> None:
 
 BREAKS: dict[str, tuple[Callable[[pd.DataFrame], None], str]] = {
     "time backwards": (_backwards, "backwards"),
-    "time repeated": (_repeated, "repeat"),
+    "time repeated": (_repeated, "equal the preceding"),
     "time not finite": (_holes_in_time, "not finite"),
     "accelerometer in g": (_in_g, "looks like g"),
     "accelerometer in mg": (_in_milli_g, "looks like mg"),
@@ -181,15 +181,15 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "no t": (lambda p: _native(p, table=b"time,depth\n0,1\n"), "no time column"),
     "column twice": (lambda p: _native(p, table=b"t,depth,depth\n0,1,2\n"), "twice: depth"),
     "ragged": (lambda p: _native(p, table=b"t,depth\n0,1,2\n"), "cannot be read"),
-    "segment of halves": (lambda p: _native(p, table=b"t,segment\n0,0.5\n"), "whole number"),
+    "segment of halves": (lambda p: _native(p, table=b"t,segment\n0,0.5\n"), "an integer"),
     "only a header": (lambda p: _native(p, table=b"t,depth\n"), "no rows"),
     "meta empty": (lambda p: _native(p, meta=b""), "is empty"),
-    "meta a list": (lambda p: _native(p, meta=b"- 1\n- 2\n"), "holds a list"),
+    "meta a list": (lambda p: _native(p, meta=b"- 1\n- 2\n"), "contains a list"),
     "meta runs code": (lambda p: _native(p, meta=SCRIPT), "not plain YAML"),
     "meta too deep": (lambda p: _native(p, meta=b"[" * 100_000), "nested deeper"),
     "meta not UTF-8": (lambda p: _native(p, meta=b"a: \xff\n"), "not UTF-8"),
     "meta explodes": (lambda p: _native(p, meta=_laughs()), "entries"),
-    "meta huge": (lambda p: _native(p, meta=b"#" * (2 << 20)), "allowed are"),
+    "meta huge": (lambda p: _native(p, meta=b"#" * (2 << 20)), "the limit is"),
     "other format": (lambda p: _native(p, meta=b"format: rosbag\n"), "format is 'rosbag'"),
     "newer version": (
         lambda p: _native(p, meta=META.replace("1", "9").encode()),
@@ -199,7 +199,7 @@ HOSTILE: dict[str, tuple[Callable[[Path], None], str]] = {
     "parquet cut": (lambda p: _cut(p, 0.6), "not a valid Parquet"),
     "parquet one byte": (lambda p: _cut(p, 1e-4), "Parquet|empty"),
     "table is a folder": (_swap, "is a folder"),
-    "table is a pipe": (_pipe, "not an ordinary file"),
+    "table is a pipe": (_pipe, "not a regular file"),
 }
 
 
@@ -253,10 +253,10 @@ def test_gzip_bomb_and_cut_gzip_are_refused(tmp_path: Path) -> None:
     """Packed data that unfold beyond the limit, or end early, are refused."""
     packed = gzip.compress(b"0" * 1_000_000)
     (tmp_path / "a.csv.gz").write_bytes(packed)
-    with pytest.raises(LogError, match="unpacks to more"):
+    with pytest.raises(LogError, match="decompresses to more"):
         read_bytes(tmp_path / "a.csv.gz", most=10_000)
     (tmp_path / "b.csv.gz").write_bytes(packed[:-20])
-    with pytest.raises(LogError, match="cut short"):
+    with pytest.raises(LogError, match="truncated"):
         read_bytes(tmp_path / "b.csv.gz")
 
 

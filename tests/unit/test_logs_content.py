@@ -91,8 +91,8 @@ def test_the_content_decides(
     [
         (BLACKBOX, "blackbox_decode --unit-rotation deg/s --unit-acceleration g FILE"),
         (b"#ROSBAG V1.2\n", "rosbag migrate"),
-        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", r"Take the \.bin"),
-        (_zipped(), "Unpack it"),
+        (b"FMT, 128, 89, FMT, BBnNZ, Type,Length\n", r"Use the \.bin"),
+        (_zipped(), "Decompress it"),
         (bz2.compress(b"a" * 99), "bunzip2"),
         (lzma.compress(b"a" * 99), "unxz"),
         (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
@@ -115,7 +115,7 @@ def test_what_no_reader_takes_has_a_next_step(
         foreign_reader_of(tmp_path / "a.ulg")
     assert main(["convert", "log=a.ulg", "out=b"]) == 2
     said = capsys.readouterr().err
-    assert "which no reader takes" in said
+    assert "which no reader accepts" in said
     assert "Traceback" not in said
 
 

@@ -75,10 +75,10 @@ def test_one_flipped_bit_is_noticed() -> None:
         (_header(version=3), "format version 3"),
         (_header(events=60000), "declares 60000 events"),
         (_header(variables=60000), "declares 60000 variables"),
-        (_header()[:20], "no end|cut short"),
+        (_header()[:20], "not terminated|truncated"),
         (_header().replace(b"(H)", b"(s)"), "no known type"),
         (_header(), "no records"),
-        (_header() + struct.pack("<H", 9) + b"\0" * 60, "no known record"),
+        (_header() + struct.pack("<H", 9) + b"\0" * 60, "not begin a known record"),
     ],
 )
 def test_false_declarations_are_refused(body: bytes, words: str) -> None:

@@ -187,7 +187,7 @@ def test_a_clock_of_ticks_is_counted_as_stated(tmp_path: Path) -> None:
     ("given", "said"),
     [
         ({"delimiter": ","}, "delimiter=';', skip_lines=2"),
-        ({"skip_lines": 0}, "Say skip_lines=2"),
+        ({"skip_lines": 0}, "Use skip_lines=2"),
         ({"columns": {}, "units": {}, "skip_lines": 0, "delimiter": ","}, "skip_lines=2"),
     ],
 )

@@ -152,7 +152,7 @@ def test_file_is_fetched_once_and_kept(server: Path) -> None:
 def test_fetched_file_of_another_content_is_not_kept(server: Path) -> None:
     """A file whose checksum differs is refused and does not stay in the cache."""
     (server / "some file.csv").write_bytes(b"<html>not found</html>")
-    with pytest.raises(LogError, match="did not answer as expected"):
+    with pytest.raises(LogError, match="gave no valid response"):
         locate(SET, FILE, show=lambda _: None)
     assert [path for path in server.parent.glob("cache/**/*") if path.is_file()] == []
 

@@ -76,7 +76,7 @@ def test_a_pose_that_leaps_away_for_a_row_or_two_is_left_out_there() -> None:
     place[false] += np.array([0.3, -0.2, 0.2])
     thin, said = without_false_readings(log_of(place))
     assert_array_equal(np.isnan(thin.columns["position_x"]), false)
-    assert said == ["position leaps away and back in 4 rows: left out"]
+    assert said == ["position jumps away and back in 4 rows: left out"]
 
 
 @pytest.mark.parametrize("what", ["step", "corner", "rest", "fast start"])

@@ -82,7 +82,7 @@ def test_arrays_are_read_only_and_the_callers_stay_writable() -> None:
         ({"position_x": [1.0]}, {}, "no time column"),
         ({"t": []}, {}, "no rows"),
         ({"t": [0.0, 1.0], "depth": [1.0]}, {}, "depth"),
-        ({"t": [0.0], "depth": ["deep"]}, {}, "does not hold numbers"),
+        ({"t": [0.0], "depth": ["deep"]}, {}, "does not contain numbers"),
         ({"t": [[0.0, 1.0]]}, {}, "shape"),
         ({"t": [0.0], "segment": [0.0]}, {}, "segment="),
         ({"t": [0.0]}, {"vehicle": {"mass": float("inf")}}, "meta.vehicle.mass"),

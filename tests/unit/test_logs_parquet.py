@@ -153,7 +153,7 @@ def _zigzag(number: int) -> bytes:
 def test_a_page_that_unpacks_to_more_than_its_numbers_is_refused(tmp_path: Path) -> None:
     """The footer keeps silent about it; the header of the page is believed."""
     _bomb(tmp_path / "log.parquet", zeros=1 << 29)
-    with pytest.raises(LogError, match="10 numbers that unpack to 536,870,912 bytes"):
+    with pytest.raises(LogError, match="10 numbers that decompress to 536,870,912 bytes"):
         _within(lambda: read_parquet(tmp_path / "log.parquet"))
 
 

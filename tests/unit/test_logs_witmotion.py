@@ -88,7 +88,7 @@ def test_a_new_heading_begins_a_segment(tmp_path: Path) -> None:
         (OLD.replace("1.0", "one"), "is not a number"),
         (OLD.replace("\t 0.25", "", 1).replace("\t 3\t 20\n", "\n", 1) + OLD[36:], "too few"),
         (PHONE.replace("23:59:59.995", "25:99:59"), "not a time of day"),
-        (OLD + NEW, "another heading"),
+        (OLD + NEW, "a second heading"),
     ],
 )
 def test_what_is_no_such_file_is_refused(text: str, words: str, tmp_path: Path) -> None:

@@ -58,19 +58,19 @@ def _placed(corners: int, copies: int) -> str:
 
 
 HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
-    "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "not name a file near"),
-    "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "not name a file near"),
+    "materials of a device": ("a.obj", "mtllib /dev/zero\n" + SHAPE, "not name a nearby file"),
+    "after blanks": ("a.obj", SHAPE + " \t mtllib \t /dev/zero \n", "not name a nearby file"),
     "old line ends": ("a.obj", SHAPE.replace("\n", "\r") + "mtllib /dev/zero\r", "not name a"),
-    "joined lines": ("a.obj", "mtl\\\nlib /dev/zero\n" + SHAPE, "not name a file near"),
+    "joined lines": ("a.obj", "mtl\\\nlib /dev/zero\n" + SHAPE, "not name a nearby file"),
     "behind joined lines": ("a.obj", SHAPE + "v 0 0 0 \\\nmtllib /dev/zero\n", "not name a"),
-    "second of two": ("a.obj", "mtllib a.mtl /dev/zero\n" + SHAPE, "not name a file near"),
-    "large letters": ("a.obj", "MTLLIB /dev/zero\n" + SHAPE, "not name a file near"),
-    "a way out": ("a.obj", "mtllib ../../../../../dev/zero\n" + SHAPE, "lies elsewhere"),
-    "a way out by windows": ("a.obj", "mtllib ..\\..\\..\\a\n" + SHAPE, "lies elsewhere"),
-    "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "not name a file near"),
-    "a link to a device": ("a.obj", "mtllib zeros.mtl\n" + SHAPE, "lies elsewhere"),
-    "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not an ordinary file"),
-    "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "allowed are"),
+    "second of two": ("a.obj", "mtllib a.mtl /dev/zero\n" + SHAPE, "not name a nearby file"),
+    "large letters": ("a.obj", "MTLLIB /dev/zero\n" + SHAPE, "not name a nearby file"),
+    "a way out": ("a.obj", "mtllib ../../../../../dev/zero\n" + SHAPE, "is in another folder"),
+    "a way out by windows": ("a.obj", "mtllib ..\\..\\..\\a\n" + SHAPE, "is in another folder"),
+    "home": ("a.obj", "mtllib ~/.ssh/id_rsa\n" + SHAPE, "not name a nearby file"),
+    "a link to a device": ("a.obj", "mtllib zeros.mtl\n" + SHAPE, "is in another folder"),
+    "a pipe": ("a.obj", "mtllib pipe.mtl\n" + SHAPE, "is not a regular file"),
+    "a huge one": ("a.obj", "mtllib huge.mtl\n" + SHAPE, "the limit is"),
     "a shell": ("a.obj", "csh rm -rf .\n" + SHAPE, "holds the command csh"),
     "another file": ("a.obj", "call other.obj\n" + SHAPE, "holds the command call"),
     "a picture in the materials": ("a.obj", "mtllib bad.mtl\n" + SHAPE, "names '/dev/zero'"),
@@ -78,17 +78,17 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "picture of a COLLADA": (
         "a.dae",
         DAE.format("<image><init_from>/dev/zero</init_from></image>"),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "address in a COLLADA": (
         "a.dae",
         DAE.format('<instance_geometry url="http://a.b/c.dae#d"/>'),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "file in a COLLADA": (
         "a.dae",
         DAE.format("<init_from>file:///dev/zero</init_from>"),
-        "not name a file near",
+        "not name a nearby file",
     ),
     "copies of copies": ("a.dae", _DOUBLED, "places more than 10,000 parts"),
     "buffer of a glTF": ("a.glb", _glb({"buffers": [{"uri": "/dev/zero"}]}), "not name a"),
@@ -96,8 +96,8 @@ HOSTILE: dict[str, tuple[str, str | bytes, str]] = {
     "numbers without bytes": ("a.glb", _glb({"accessors": [{"count": 10**9}]}), "elements"),
     "one part without end": ("a.glb", _MANY, "too many for their size"),
     "one part again": ("a.glb", _AGAIN, "too many for their size"),
-    "no such numbers": ("a.glb", _glb({"meshes": [{"primitives": [_PART]}]}), "does not hold"),
-    "no such mesh": ("a.glb", _glb({"nodes": [{"mesh": 0}]}), "does not hold"),
+    "no such numbers": ("a.glb", _glb({"meshes": [{"primitives": [_PART]}]}), "does not contain"),
+    "no such mesh": ("a.glb", _glb({"nodes": [{"mesh": 0}]}), "does not contain"),
     "large copies": ("a.dae", _placed(90_000, 400), "20,000,000 corners"),
     "other signs": ("a.dae", '<?xml version="1.0" encoding="cp500"?>' + DAE, "is not UTF-8"),
     "wide faces": ("a.obj", SHAPE + "f" + " 1 2 3" * 700_000, "more than 2,000,000 triangles"),
@@ -144,7 +144,7 @@ def test_a_hostile_mesh_is_refused_before_it_is_loaded(folder: Path, name: str) 
 
 
 def test_materials_of_an_obj_make_no_parts(folder: Path) -> None:
-    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of computing."""
+    """Each was a copy of its own: 10,000 in a file of 200 kB took 20 s of processor time."""
     path = folder / "meshes" / "a.obj"
     path.write_text(SHAPE + "".join(f"usemtl m{k}\nf 1 3 2\n" for k in range(5_000)))
     start = time.process_time()
@@ -181,16 +181,16 @@ def test_copies_of_a_usual_file_are_no_reason(folder: Path) -> None:
 
 PICTURE = '<material name="m"><texture {}="{}"/></material>'
 NAMES = {
-    "/dev/zero": "not name a file near",
-    "file:///dev/zero": "not name a file near",
-    "../../../../../../../dev/zero": "lies elsewhere",
-    "http://a.b/c.png": "not name a file near",
-    "meshes/zeros.mtl": "lies elsewhere",
-    "meshes/pipe.mtl": "is not an ordinary file",
-    "meshes/huge.mtl": "allowed are",
-    "~/a.png": "not name a file near",
-    "C:/a.png": "not name a file near",
-    "package:///dev/zero": "not name a file near",
+    "/dev/zero": "not name a nearby file",
+    "file:///dev/zero": "not name a nearby file",
+    "../../../../../../../dev/zero": "is in another folder",
+    "http://a.b/c.png": "not name a nearby file",
+    "meshes/zeros.mtl": "is in another folder",
+    "meshes/pipe.mtl": "is not a regular file",
+    "meshes/huge.mtl": "the limit is",
+    "~/a.png": "not name a nearby file",
+    "C:/a.png": "not name a nearby file",
+    "package:///dev/zero": "not name a nearby file",
 }
 
 
@@ -223,7 +223,7 @@ def test_a_urdf_taken_over_is_read_within_bounds(folder: Path) -> None:
     from seals.scaffold.takeover import Takeover
 
     for target, words in (
-        (folder / "meshes" / "huge.mtl", "allowed are"),
+        (folder / "meshes" / "huge.mtl", "the limit is"),
         (Path("/proc/self/maps"), "is empty"),
         (folder / "odd.urdf", "is not UTF-8 text"),
     ):

@@ -109,7 +109,7 @@ def test_refusals(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "not one of your robot folders" in refused(capsys, "robot=nowhere")
     assert "Did you mean 'buoy'" in refused(capsys, "robot=buoi")
     assert "Did you mean 'method'" in refused(capsys, "robot=buoy", "methd=bem")
-    assert "need a robot folder" in refused(capsys, "method=bem")
+    assert "needs a robot folder" in refused(capsys, "method=bem")
 
 
 def test_a_needle_has_no_panels(buoy: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -236,7 +236,7 @@ def test_pictures_are_bounded() -> None:
     Image.new("RGBA", (3, 2), (9, 8, 7, 255)).save("b.png")
     assert read_picture("b.png").tolist() == [[[9, 8, 7]] * 3] * 2
     os.mkfifo("c.png")
-    with pytest.raises(LogError, match="not an ordinary file"):
+    with pytest.raises(LogError, match="not a regular file"):
         read_picture("c.png")
 
 
@@ -250,7 +250,7 @@ def test_places_of_particles_are_bounded() -> None:
     np.save("c.npy", np.ones((2, 3), dtype=np.float32))
     assert _places("c.npy").shape == (2, 3)
     os.mkfifo("a.npy")
-    with pytest.raises(SealsError, match="not an ordinary file"):
+    with pytest.raises(SealsError, match="not a regular file"):
         _places("a.npy")
 
 
@@ -266,12 +266,12 @@ def sparse() -> Path:
 
 def test_checksums_are_bounded(sparse: Path) -> None:
     """run.json names files near the robot, of the size of such files."""
-    with pytest.raises(LogError, match="allowed are"):
+    with pytest.raises(LogError, match="the limit is"):
         digest(sparse)
     assert digest(Path("/proc/self/pagemap")) == digest(Path("/proc/version"))
     assert digest(Path("/dev/zero")) is None
     for name in ("/etc/passwd", "../../etc/passwd", "a\0b"):
-        with pytest.raises(LogError, match="lies elsewhere"):
+        with pytest.raises(LogError, match="is in another folder"):
             noted_digest(sparse.parent, name)
 
 
@@ -282,16 +282,16 @@ def test_a_run_that_names_files_elsewhere_is_refused(capsys: pytest.CaptureFixtu
     facts["robot"]["files"] = {"/proc/self/pagemap": "0"}
     Path("one/run.json").write_text(json.dumps(facts))
     assert main(["run", "repeat=one"]) == 2
-    assert "lies elsewhere" in capsys.readouterr().err
+    assert "is in another folder" in capsys.readouterr().err
 
 
 def test_scripts_and_curves_are_bounded(sparse: Path) -> None:
     """Text of a script of keys and of a training's curves is read up to a size."""
     for name in ("a.yaml", "a.csv"):
         sparse.rename(name)
-        with pytest.raises(ConfigError, match="allowed are"):
+        with pytest.raises(ConfigError, match="the limit is"):
             read_track(Path(name))
-        with pytest.raises(LogError, match="allowed are"):
+        with pytest.raises(LogError, match="the limit is"):
             read_table(Path(name))
         Path(name).rename(sparse)
     with pytest.raises(ConfigError, match=r"is empty|cannot be read"):
@@ -300,10 +300,10 @@ def test_scripts_and_curves_are_bounded(sparse: Path) -> None:
 
 def test_meshes_are_bounded(sparse: Path) -> None:
     """A mesh of any reader has a bearable size, and is an ordinary file."""
-    with pytest.raises(LogError, match="allowed are"):
+    with pytest.raises(LogError, match="the limit is"):
         load_triangles(sparse, where="mesh")
     os.mkfifo("a.ply")
-    with pytest.raises(LogError, match="not an ordinary file"):
+    with pytest.raises(LogError, match="not a regular file"):
         load_triangles(Path("a.ply"), where="mesh")
     Path("a.3mf").write_bytes(b"x")
     with pytest.raises(RobotError, match="not a mesh file"):

@@ -57,19 +57,22 @@ ONE = zstandard.compress(bytes(8))
 BOMB = page(0, HUGE, zstandard.compress(bytes(1 << 20)), counted(2, ROWS))
 SOUND = page(0, 8, ONE, counted(2, 1))
 FORGED: dict[str, tuple[bytes, str]] = {
-    "a bomb": (BOMB, "unpack to"),
+    "a bomb": (BOMB, "decompress to"),
     "a bomb after a dictionary that counts as data": (
         page(2, 8, ONE, counted(2, ROWS), counted(2, 1)) + BOMB,
-        "unpack to",
+        "decompress to",
     ),
-    "a bomb after an index that counts as data": (page(1, 8, ONE, counted(2, ROWS)) + BOMB, "unpa"),
+    "a bomb after an index that counts as data": (
+        page(1, 8, ONE, counted(2, ROWS)) + BOMB,
+        "decompress",
+    ),
     "a bomb after a page of the second kind that counts as the first": (
         page(3, 8, ONE, counted(2, ROWS), counted(3, 1)) + BOMB,
-        "unpack to",
+        "decompress to",
     ),
     "a bomb after a count of more than 32 bits": (
         page(0, 8, ONE, counted(2, (1 << 32) + ROWS)) + BOMB,
-        "without a sound header",
+        "without a valid header",
     ),
     "a bomb after more values than there are": (
         page(0, 8, ONE, counted(2, ROWS + 1)) + BOMB,
@@ -78,31 +81,31 @@ FORGED: dict[str, tuple[bytes, str]] = {
     "a size twice, the second of 64 bits": (
         field(1, 0) + field(1, HUGE) + b"\x06" + varint(4) + varint(20) + field(1, 8)
         + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a size of 64 bits": (
         field(1, 0) + field(1, 8, kind=6) + field(1, len(ONE)) + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a size twice": (
         field(1, 0) + field(1, HUGE) + b"\x05" + varint(4) + varint(20) + field(1, 8)
         + counted(2, ROWS) + b"\0" + ONE,
-        "without a sound header",
+        "without a valid header",
     ),
     "a dictionary of two billion entries": (
         page(2, 8, ONE, counted(4, (1 << 31) - 1)) + SOUND,
         "2,147,483,647 values in a page",
     ),
-    "a dictionary without a count": (page(2, 8, ONE) + SOUND, "without a sound header"),
-    "a data page without a count": (page(0, 8, ONE), "without a sound header"),
-    "less than nothing": (page(0, -8, ONE, counted(2, ROWS)), "unpack to"),
+    "a dictionary without a count": (page(2, 8, ONE) + SOUND, "without a valid header"),
+    "a data page without a count": (page(0, 8, ONE), "without a valid header"),
+    "less than nothing": (page(0, -8, ONE, counted(2, ROWS)), "decompress to"),
     "a page of a negative length": (
         field(1, 0) + field(1, 8) + field(1, -60) + counted(2, 1) + b"\0",
-        "unpack to",
+        "decompress to",
     ),
-    "structures without end": (b"\x1c" * 2000, "without a sound header"),
-    "a list of a million": (b"\x19\xf5" + varint(1_000_000), "without a sound header"),
-    "a number without end": (b"\x15" + b"\xff" * 100, "without a sound header"),
+    "structures without end": (b"\x1c" * 2000, "without a valid header"),
+    "a list of a million": (b"\x19\xf5" + varint(1_000_000), "without a valid header"),
+    "a number without end": (b"\x15" + b"\xff" * 100, "without a valid header"),
 }  # fmt: skip
 
 
@@ -200,7 +203,7 @@ def test_more_columns_than_a_log_has_are_refused(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(",".join(names) + "\n")
     tracemalloc.start()
     for read in (read_parquet, read_csv_columns):
-        with pytest.raises(LogError, match="4,097 columns, allowed are 4,096"):
+        with pytest.raises(LogError, match="4,097 columns; the limit is 4,096"):
             read(tmp_path / f"log.{'csv' if read is read_csv_columns else 'parquet'}")
     tracemalloc.stop()
 

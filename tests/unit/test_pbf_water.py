@@ -184,7 +184,7 @@ def test_take_write_and_shift(make: Callable[..., SolverPbf]) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda x: x + 1.0, "outside of the domain"),
+        (lambda x: x + 1.0, "outside the domain"),
         (lambda x: np.concatenate([x[:9], x[:9] + 0.3 * SPACING]), "overlap each other"),
         (lambda x: np.where(x > 0.14, np.nan, x), "not finite"),
         (lambda x: np.concatenate([x, x + 5.0]), "exceed the capacity of 600"),

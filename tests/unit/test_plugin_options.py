@@ -53,7 +53,7 @@ def test_a_stranger_among_controllers_has_no_form_over_a_batch() -> None:
     assert controller.needs_mass_properties
     assert controller.leg_phase(None) is NO_LEGS
     plant: Any = None
-    with pytest.raises(ConfigError, match="controller Stranger has no form over a batch"):
+    with pytest.raises(ConfigError, match="controller Stranger has no batched form"):
         controller.batched(plant, np.zeros(0), np.zeros(1))
 
 

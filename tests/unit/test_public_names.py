@@ -133,7 +133,7 @@ def test_a_run_from_python_is_that_of_the_command_line(tmp_path: Path) -> None:
     fallen = 2.0 - again.actors["robot"].body.read().position[2]
     assert fallen == pytest.approx(9.81 * 0.1**2 / 2, rel=0.005)
     again.close()
-    with pytest.raises(ConfigError, match="there is something already"):
+    with pytest.raises(ConfigError, match="already exists"):
         seals.simulate(words, tmp_path / "fall")
     with pytest.raises(SealsError, match="Did you mean 'ball'"):
         seals.make(["robot=bal"])

@@ -116,12 +116,12 @@ def test_frames_of_two_films_are_not_mixed(
         (["run=null"], "run is not given"),
         (["camera=sidee"], "Did you mean 'side'"),
         (["camera=[1,2]"], "is not a finite position"),
-        (["camera=[0,0,0]", "look_at=[0,0,0]"], "Give two places that differ"),
+        (["camera=[0,0,0]", "look_at=[0,0,0]"], "Give two different positions"),
         (["start=9"], "after the end"),
         (["water_type=coastal_4"], "water_type=coastal_4 is not known"),
         (["quality=best"], "draft"),
         (["renderer=tinny"], "tiny"),
-        (["renderer=browser"], "draws no frames"),
+        (["renderer=browser"], "renders no frames"),
         (["fps=0"], "fps"),
         (["width=100000"], "pixels"),
     ],
@@ -226,8 +226,8 @@ def test_a_camera_that_misses_the_robot_says_so(
     """The picture is drawn, and the console names the frames without the robot and a camera."""
     assert render(drop, f"out={tmp_path}", "camera=[0,-3,1]", "look_at=[0,-9,1]") == 0
     said = capsys.readouterr().out
-    assert "camera: the robot is in the picture in 0 of 5 frames looked at" in said
-    assert "camera=side has it in 100 %" in said
+    assert "camera: the robot is in the picture in 0 of 5 sampled frames" in said
+    assert "camera=side shows it in 100 %" in said
     assert render(drop, f"out={tmp_path}", "camera=side", "replace=true") == 0
     assert "camera:" not in capsys.readouterr().out
 

@@ -107,8 +107,8 @@ def test_a_model_is_chosen_by_path_as_well(models: Path) -> None:
         ("volume_change", "volume", "Did you mean 'volume_change'"),
         ("effect: buoyancy", "effect: angular_drag", "not a parameter of angular_drag"),
         ("effects:", "efects:", "Did you mean 'effects'"),
-        ("effect: quadratic_drag, ", "", "does not say which effect it is"),
-        ("sd: 0.002", "sigma: 0.002", "'sigma' is not known here"),
+        ("effect: quadratic_drag, ", "", "does not name its effect"),
+        ("sd: 0.002", "sigma: 0.002", "'sigma' is not allowed here"),
         ("value: 0.01", "value: heavy", "Allowed: a finite number"),
         ("summary: drag", "summary: [drag", "cannot be read"),
     ],
@@ -180,7 +180,7 @@ ANSWER = {
     [
         ({}, [], "choose=wind"),
         ({}, ["choose=wnid"], "Did you mean 'wind'"),
-        ({}, ["choose=wind"], "does not say which log"),
+        ({}, ["choose=wind"], "does not name its log"),
         ({"verdict": "none_of_these"}, [], "no effect of the library explains"),
         ({"verdict": "none_of_these", "formula": LAW}, [], "accept=formula: F = c (world)"),
         ({"verdict": "none_of_these"}, ["accept=formula"], "holds no formula"),
@@ -189,7 +189,7 @@ ANSWER = {
         ({"verdict": "nothing_missing"}, [], "nothing is missing"),
         ({"verdict": "cannot_tell", "reasons": ["too still"]}, [], "too still"),
         ({"verdict": "named"}, ["name="], "name"),
-        ({"verdict": "named"}, ["base=old"], "does not say which log"),
+        ({"verdict": "named"}, ["base=old"], "does not name its log"),
         ({"verdict": "named"}, ["colour=red"], "'colour' is not a key"),
     ],
 )

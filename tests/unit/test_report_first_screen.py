@@ -58,6 +58,27 @@ def test_a_named_effect_says_where_and_when_it_acts() -> None:
     assert list(told.values())[-1] == "6.65 → 2 → 0.987"
 
 
+def test_an_effect_on_a_drive_says_which() -> None:
+    """The rotor or the link, also where no force stands out along an axis."""
+    rotor = {"value": 4, "low90": 4, "high90": 4, "unit": "1"}
+    effect = {"name": "weak_rotor", "confidence": 0.99, "parameters": {"rotor": rotor}}
+    told = answers(Verdict.named, [effect], Signature(sentences=()), missing=False)
+    assert told["where"] == "rotor 4"
+    effect = {"name": "quadratic_drag", "confidence": 0.99, "link": "gripper"}
+    told = answers(Verdict.named, [effect], Signature(sentences=()), missing=False)
+    assert told["where"] == "link gripper"
+
+
+def test_a_wide_table_becomes_blocks_on_a_narrow_screen() -> None:
+    """Each cell carries its head; a table of few columns stays one."""
+    wide = Table(head=["a", "b", "c", "d", "e"], rows=[["1", "2", "3", "4", "5"]])
+    narrow = Table(head=["f"], rows=[["6"]])
+    text = page("title", [Section(title="s", blocks=[wide, narrow])])
+    assert '<td data-label="e">5</td>' in text
+    assert "<td>6</td>" in text
+    assert "content: attr(data-label)" in text[: text.index("</style>")]
+
+
 def test_without_a_force_the_worst_channel_says_where() -> None:
     """No name, no force: the channel that is off most, and the fall that is known."""
     told = answers(Verdict.none_of_these, [], Signature(sentences=()), missing=False)
@@ -90,5 +111,5 @@ def test_names_of_equal_weight_are_told_as_equal() -> None:
     )
     assert alike_words(found) == [
         "Explains the log nearly as well as wind, not quite excluded: tether.",
-        "This log cannot tell apart: payload, inertia. Each explains it equally well.",
+        "This log cannot distinguish: payload, inertia. Each explains it equally well.",
     ]

@@ -135,10 +135,10 @@ def test_floating_sinking_and_neutral_are_told_apart(make: Maker) -> None:
             {"base": box(0.3, 0.3, 0.1)},
             "stability in roll",
             Verdict.WARN,
-            "lies at about",
+            "floats with a list of about",
         ),
     ],
-    ids=["zero inertia", "inertia unit", "mass unit", "no hull", "turns over", "list"],
+    ids=["zero inertia", "inertia unit", "mass unit", "no hull", "capsizes", "list"],
 )
 def test_each_oddity_is_found(
     make: Maker,
@@ -179,7 +179,7 @@ def test_moving_link_without_mass_is_a_fault(make: Maker) -> None:
     """A joint that moves nothing with mass has no equation of motion."""
     joint = '<joint name="j" type="continuous"><parent link="base"/><child link="tip"/></joint>'
     found = only(check_robot(make(link() + '<link name="tip"/>' + joint)), "moving mass")
-    assert (found.verdict, found.found) == (Verdict.FAIL, "nothing with mass hangs on j")
+    assert (found.verdict, found.found) == (Verdict.FAIL, "no link with mass is attached to j")
 
 
 def test_open_hull_mesh_is_remarked(make: Maker, tmp_path: Path) -> None:
@@ -196,8 +196,8 @@ def test_command_prints_verdicts_and_counts(capsys: pytest.CaptureFixture[str]) 
     out = capsys.readouterr().out
     assert "pass  mass" in out
     assert "warn  stability in roll" in out
-    assert "turns over" in out
-    assert out.splitlines()[-1] == "cylinder: 5 passed, 2 to look at, 0 failed."
+    assert "capsizes" in out
+    assert out.splitlines()[-1] == "cylinder: 5 passed, 2 with warnings, 0 failed."
 
 
 def test_command_returns_one_for_a_fault(

@@ -70,11 +70,11 @@ def test_an_offset_centre_loads_the_rotors_near_it(tmp_path: Path) -> None:
     ("rotors", "centre", "verdict", "words"),
     [
         (cross(max_speed=[600.0]), "0 0 0", Verdict.FAIL, "Too weak"),
-        (cross(max_speed=[760.0]), "0 0 0", Verdict.WARN, "Little is left"),
+        (cross(max_speed=[760.0]), "0 0 0", Verdict.WARN, "Little thrust remains"),
         (cross(thrust_coefficient=[1e-3]), "0 0 0", Verdict.WARN, "unit of thrust_coefficient"),
-        (cross((1.0, 1.0, 1.0, 1.0)), "0 0 0", Verdict.FAIL, "direction alternate"),
+        (cross((1.0, 1.0, 1.0, 1.0)), "0 0 0", Verdict.FAIL, "lternate direction"),
         (cross(), "0.3 0 0", Verdict.FAIL, "centre of gravity"),
-        (cross(axis=[[0.0, 0.0, -1.0]]), "0 0 0", Verdict.FAIL, "position and axis"),
+        (cross(axis=[[0.0, 0.0, -1.0]]), "0 0 0", Verdict.FAIL, "positions and axes"),
     ],
 )
 def test_what_cannot_hover_is_told_with_its_cause(
@@ -98,7 +98,7 @@ def test_a_direction_out_of_reach_is_named(tmp_path: Path) -> None:
     found = looked(tmp_path, cross(torque_coefficient=[0.0]))["allocation"]
     assert (found.verdict, found.found) == (
         Verdict.WARN,
-        "4 drive(s), rank 3 of 4: yaw is out of reach",
+        "4 drive(s), rank 3 of 4: yaw cannot be commanded",
     )
     assert "rank 3 of 4" in looked(tmp_path, cross((1.0,) * 4))["allocation"].found
 
@@ -152,7 +152,7 @@ def test_servo_figures_are_those_of_an_oscillator(tmp_path: Path) -> None:
     ("servos", "subject", "verdict", "words"),
     [
         (Servos(kp=8.0, kd=0.01), "servo gains", Verdict.WARN, "raise kd"),
-        (Servos(kp=2000.0, kd=10.0), "servo gains", Verdict.WARN, "Faster than servos"),
+        (Servos(kp=2000.0, kd=10.0), "servo gains", Verdict.WARN, "faster than real servos"),
         (Servos(torque_limit=0.5), "servo strength", Verdict.WARN, "raise torque_limit"),
         (Servos(kp=1e5, kd=1e3), "servo bounds", Verdict.FAIL, "lower the gains"),
     ],

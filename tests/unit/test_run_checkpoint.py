@@ -104,7 +104,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "other robot": (entry("world", "actors", value={"d": {}}), "its world has actors"),
     "other step": (entry("world", "step", value=0.1), "its world has step 0.1"),
     "no world": (entry("world", value=None), "its world has actors None"),
-    "other entries": (entry("more", value=1), "other entries"),
+    "different entries": (entry("more", value=1), "different entries"),
     "forged generator": (entry("snapshot", "random", "state", "inc", value=2), "random generator"),
     "steps and time": (entry("snapshot", "steps", value=7), "7 steps do not end at"),
     "steps before the start": (entry("snapshot", "steps", value=-5), "do not end at"),
@@ -124,7 +124,7 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     ),
     "stages without names": (entry("books", "stages", value=[1.0]), "times and names"),
     "no books": (entry("books", value=None), "cannot be resumed"),
-    "no scene": (entry("scene", value=None), "scene.bin was cut short or damaged"),
+    "no scene": (entry("scene", value=None), "scene.bin is truncated or damaged"),
 }
 
 
@@ -174,7 +174,7 @@ def test_only_ordinary_files_of_the_folder_are_read(
         "folder": (kept / name).mkdir,
     }
     make[kind]()
-    with pytest.raises(ConfigError, match=r"an ordinary file|cannot be opened"):
+    with pytest.raises(ConfigError, match=r"a regular file|cannot be opened"):
         take_up(kept, flown)
 
 
@@ -194,7 +194,7 @@ def test_a_changed_scene_never_reaches_the_engine(
     raw[len(raw) // 2] ^= 0xFF
     (kept / checkpoint.SCENE).write_bytes(raw)
     monkeypatch.setattr(type(flown[1].backend), "recall", lambda *given: pytest.fail("it was read"))
-    with pytest.raises(ConfigError, match="cut short or damaged, or belongs to another state"):
+    with pytest.raises(ConfigError, match="truncated or damaged, or belongs to another state"):
         take_up(kept, flown)
     with (kept / checkpoint.SCENE).open("r+b") as file:
         file.truncate(checkpoint.MOST_SCENE + 1)
@@ -220,7 +220,7 @@ def test_a_scene_that_kills_the_engine_is_refused(
         (kept / checkpoint.SCENE).write_bytes(evil)
         digest = hashlib.blake2b(evil, digest_size=32).hexdigest()
         forged(kept / checkpoint.STATE, entry("scene", value=digest))
-        with pytest.raises(ConfigError, match="the engine does not survive"):
+        with pytest.raises(ConfigError, match="the engine crashes on"):
             take_up(kept, flown)
     assert alive.count(False) >= 2
 
@@ -235,10 +235,10 @@ def test_pictures_come_from_the_run_alone(tmp_path: Path) -> None:
     index = {name: np.zeros(1) for name in COLUMNS}
     pictures, world = Pictures(actor), actor
     pictures.restore({"eye": index}, 1, tmp_path / "cut")
-    with pytest.raises(ConfigError, match="is not taken over"):
+    with pytest.raises(ConfigError, match="is not copied"):
         pictures.start(world, tmp_path / "on")
     for wrong in ({**index, "number": np.array([1e30])}, {"number": np.zeros(1)}):
-        with pytest.raises(ValueError, match=r"not numbered|other columns"):
+        with pytest.raises(ValueError, match=r"not numbered|different columns"):
             Pictures(actor).restore({"eye": wrong}, 1, tmp_path / "cut")
 
 

@@ -118,7 +118,7 @@ def test_a_lock_is_an_ordinary_file(elsewhere: Path, kind: str) -> None:
         path.symlink_to("/dev/zero")
     else:
         path.mkdir()
-    with pytest.raises(ConfigError, match="not an ordinary file"), held(elsewhere):
+    with pytest.raises(ConfigError, match="not a regular file"), held(elsewhere):
         pass
     assert alive(elsewhere) is None
 
@@ -146,7 +146,7 @@ def test_the_log_of_an_earlier_run_is_not_read_for_one_cut_off(
     with held(folder) if living else contextlib.nullcontext():
         if not living:
             (folder / LOCK).touch()
-        said = "still goes on" if living else "was cut off before it wrote one"
+        said = "still goes on" if living else "was interrupted before it wrote one"
         with pytest.raises(LogError, match=f"{said}; that of the run before it is in .*earlier_1"):
             reader.read(folder)
     assert len(reader.read(folder / "earlier_1")) == 1

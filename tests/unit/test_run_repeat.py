@@ -97,8 +97,8 @@ def test_robot_with_a_changed_mesh_is_refused(
     ("words", "wrong"),
     [
         (["repeat=nowhere"], "there is no such folder"),
-        (["repeat=first", "seed=3"], "cannot be changed by seed=3"),
-        (["repeat=first", "robot=ball"], "cannot be changed by robot=ball"),
+        (["repeat=first", "seed=3"], "cannot be combined with seed=3"),
+        (["repeat=first", "robot=ball"], "cannot be combined with robot=ball"),
     ],
 )
 def test_wrong_repeat_gets_two_lines(
@@ -141,7 +141,7 @@ def test_half_a_configuration_is_no_run(
     path.write_text(half)
     capsys.readouterr()
     assert main(["run", f"repeat={path.parents[1]}"]) == 2
-    assert "was cut short" in capsys.readouterr().err
+    assert "is truncated" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "a: [", "\x00", "effects: 3", "time: {step: x}"])

@@ -160,7 +160,7 @@ def test_a_state_that_cannot_be_kept_is_said(tmp_path: Path) -> None:
     settings = run_settings(["robot=ball", "checkpoint=5"])
     assert checkpoint.interval_of(settings) == 5.0
     bare = replace(settings, backend=object())
-    with pytest.raises(ConfigError, match="cannot be kept on disk"):
+    with pytest.raises(ConfigError, match="cannot be saved"):
         checkpoint.interval_of(bare)
     assert checkpoint.interval_of(replace(bare, checkpoint=None)) == 0.0
 
@@ -179,4 +179,4 @@ def test_a_damaged_checkpoint_is_refused(
     assert main(["run", f"resume={cut}"]) == 2
     assert "there is no checkpoint" in capsys.readouterr().err
     assert main(["run", f"resume={cut}", "time.duration=9"]) == 2
-    assert "cannot be changed by time.duration=9" in capsys.readouterr().err
+    assert "cannot be combined with time.duration=9" in capsys.readouterr().err

@@ -99,6 +99,6 @@ def test_a_run_without_particles_has_no_surface(
     """Asking for the surface of water by coefficients is refused, and a negative interval."""
     monkeypatch.chdir(tmp_path)
     assert main(["run", "robot=ball", "water=fossen", "surface=0.1"]) == 2
-    assert "has no water of particles" in capsys.readouterr().err
+    assert "has no particle water" in capsys.readouterr().err
     assert main(["run", "robot=ball", "surface=-1"]) == 2
     assert "surface" in capsys.readouterr().err

@@ -72,7 +72,7 @@ def test_one_set_for_every_interval_goes_by_its_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "words"), [(np.zeros(4), "no places"), (np.full((2, 3), np.nan), "no places")]
+    ("content", "words"), [(np.zeros(4), "no positions"), (np.full((2, 3), np.nan), "no positions")]
 )
 def test_what_is_no_set_of_places_is_refused(
     tmp_path: Path, content: np.ndarray[Any, Any], words: str
@@ -118,6 +118,6 @@ def test_a_run_without_particles_keeps_none(
     """Asking for the particles of water by coefficients is refused, and a negative interval."""
     monkeypatch.chdir(tmp_path)
     assert main(["run", "robot=ball", "water=fossen", "particles=0.1"]) == 2
-    assert "has no water of particles" in capsys.readouterr().err
+    assert "has no particle water" in capsys.readouterr().err
     assert main(["run", "robot=ball", "particles=-1"]) == 2
     assert "particles" in capsys.readouterr().err

@@ -50,7 +50,7 @@ def test_the_table_shows_what_differs(runs: Path, capsys: pytest.CaptureFixture[
     """State, duration and differing overrides; what all share stands above."""
     assert main(["runs", "drops"]) == 0
     out = capsys.readouterr().out.splitlines()
-    assert out[0] == "4 of 4 runs; all of them: robot=ball"
+    assert out[0] == "4 of 4 runs; common to all: robot=ball"
     assert out[1].split() == ["run", "state", "seconds", "initial.position", "seed"]
     assert out[2].split() == ["0", "done", "10", "[0,0,0.5]", "0"]
     assert out[5].split() == ["3", "refused", "7", "[0,0,1.0]", "1"]
@@ -184,10 +184,13 @@ def test_single_runs_and_trainings_are_rows_as_well(runs: Path) -> None:
         (["drops", "by=seed"], "plot=FILE.png, or leave by out"),
         (["drops", "metric=steps", "against=seed"], "plot=FILE.png, or leave against out"),
         (["drops", "plot=a.png", "metric=steps"], "against is not given"),
-        (["drops", "plot=a.png", "metric=steps", "against=robot"], "differs in no run"),
-        (["drops", "plot=a.png", "metric=steps", "against=initial.position"], "one place of the"),
+        (["drops", "plot=a.png", "metric=steps", "against=robot"], "is the same in all runs"),
+        (["drops", "plot=a.png", "metric=steps", "against=initial.position"], "one element of the"),
         (["drops", "plot=a.png", "metric=steps", "against=state"], "must be numbers"),
-        (["drops", "plot=a.png", "metric=steps", "against=seed", "by=robot"], "differs in no run"),
+        (
+            ["drops", "plot=a.png", "metric=steps", "against=seed", "by=robot"],
+            "is the same in all runs",
+        ),
         (["drops", "table=drops/jobs.csv"], "exists already"),
         (["drops", "were=1"], "Did you mean 'where'?"),
     ],
@@ -234,7 +237,7 @@ def test_a_measure_stays_inside_the_folder(runs: Path, capsys: pytest.CaptureFix
     write_json(runs / "secret.json", {"key": 5.0})
     for name in ("../secret.key", f"{runs}/secret.key", f"{runs}/0/fits.error.mean"):
         assert main(["runs", "drops", f"metric={name}"]) == 2
-        assert "no run has it" in capsys.readouterr().err
+        assert "no run has this metric" in capsys.readouterr().err
 
 
 def test_places_of_lists_sort_and_group(runs: Path) -> None:

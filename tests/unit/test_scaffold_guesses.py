@@ -255,7 +255,7 @@ def test_what_no_run_takes_leaves_no_folder(
     monkeypatch.setattr("seals.cli.new._first_run", refuse)
     assert main(["new", "robot", "my", "--urdf", "it.urdf"]) == 2
     assert not (tmp_path / "my").exists()
-    assert "it.urdf gives a robot that cannot be simulated" in capsys.readouterr().err
+    assert "it.urdf describes a robot that cannot be simulated" in capsys.readouterr().err
 
 
 def test_centre_of_buoyancy_of_the_uuv_simulator(tmp_path: Path) -> None:
@@ -374,4 +374,4 @@ def test_legs_that_turn_thrusters_are_held(tmp_path: Path) -> None:
     assert [each.kind for each in made.drives] == ["thruster"]
     assert made.robot.joints == ()
     assert sum("fixed at zero" in words for words in made.changes) == 2
-    assert not any("joint zero" in words for words in made.remarks)
+    assert not any("joint position zero" in words for words in made.remarks)

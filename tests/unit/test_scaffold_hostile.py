@@ -70,11 +70,11 @@ HOSTILE: dict[str, tuple[dict[str, str], str]] = {
             "r": SDF.format(DEEP.format(INCLUDE.format("m0"))),
             "m0/model.sdf": SDF.format(DEEP.format("")),
         },
-        "nests its models too deep",
+        "nests its models too deeply",
     ),
     "a model in a model, and so on": (
         {"r": SDF.format("<model name='n'>" * 40 + LINK + "</model>" * 40)},
-        "nests its models too deep",
+        "nests its models too deeply",
     ),
     "geoms without end": ({"r": mjcf(body=GEOM * 2100)}, "elements <geom>"),
     "sites without end": ({"r": mjcf(body=GEOM + "<site/>" * 2100)}, "elements <site>"),
@@ -85,7 +85,7 @@ HOSTILE: dict[str, tuple[dict[str, str], str]] = {
     "motors without end": ({"r": mjcf(act="<motor joint='j'/>" * 2100)}, "elements <motor>"),
     "a mesh that the engine makes": (
         {"r": mjcf(asset="<mesh name='q' builtin='wedge' params='9 9 9 9 0'/>")},
-        "has MuJoCo generate a mesh",
+        "lets MuJoCo generate a mesh",
     ),
     "a mesh of half a million numbers": (
         {"r": mjcf(asset=f"<mesh name='q' vertex='{'1 2 4 ' * 160_000}'/>")},

@@ -55,7 +55,7 @@ def test_bicopter(tmp_path: Path) -> None:
     assert rotors.tilting == {"ccw_mot_link": "servo_1_joint", "cw_mot_link": "servo_0_joint"}
     assert new.limbs.grippers == {}
     assert new.limbs.arms == {}
-    assert "freed" in said(new)
+    assert "released" in said(new)
     # the box of 0.16 x 0.12 x 0.10 m that the inertia of its base is that of
     (box,) = new.hulls["base_link"].boxes
     np.testing.assert_allclose(np.sort(box.edges), [0.10, 0.12, 0.16], rtol=1e-3)
@@ -92,7 +92,7 @@ def test_tethys(tmp_path: Path) -> None:
     new = made("tethys_equipped/model.sdf", tmp_path, forward="-x")
     assert failures(new) == []
     assert new.robot.links[0] == "body"
-    assert "drop_weight is held by base_link" in said(new)
+    assert "drop_weight is fixed to base_link" in said(new)
     # Gazebo's buoyancy acts on collision shapes alone
     assert "battery" not in new.hulls
     volume = 2.0 * 0.3 * 0.245945166667 + 2 * 0.1 * 0.1 * 0.02 + 0.03 * 0.1 * 0.1
@@ -147,7 +147,7 @@ def test_eca_a9(tmp_path: Path) -> None:
     fin = next(e for n, e in run.effects.items() if "fin0_wing" in n)
     assert fin.coefficient == pytest.approx(2.0 * 7.2 / 1028.0, rel=1e-5)
     assert fin.attack_drag == pytest.approx(2.0 * 6.3 / 1028.0, rel=1e-5)
-    assert "roll, and what couples axes, in linear_damping_forward_speed" in said(new)
+    assert "roll, and coupling of axes, in linear_damping_forward_speed" in said(new)
 
 
 def _load(
@@ -181,7 +181,8 @@ def test_skydio_x2(tmp_path: Path) -> None:
     The gears 0 0 1 0 0 -+0.0201 N m/N lie right and left: rolling moments and yawing ones are one.
     """
     new = made("skydio_x2/x2.xml", tmp_path)
-    assert "1 drawing(s) left out, not there, empty or not read: X2_lowpoly.obj" in said(new)
+    left = "1 visual shape(s) left out because missing, empty or unreadable: X2_lowpoly.obj"
+    assert left in said(new)
     assert new.robot.mass.sum() == pytest.approx(4 * 0.25 + 0.325)
     (rotors,) = new.drives
     np.testing.assert_allclose(rotors.thrust * rotors.max_speed**2, 13.0)
@@ -203,7 +204,7 @@ def test_mesh_that_weighs_is_not_left_out(tmp_path: Path) -> None:
     )
     inertial = '<inertial pos="0 0 0" mass="2" diaginertia="0.1 0.1 0.1"/>'
     file.write_text(text.format("", 1))
-    with pytest.raises(RobotError, match=r"'a\.stl'.*'b' has its mass from it.*\n.*<inertial>"):
+    with pytest.raises(RobotError, match=r"'a\.stl'.*'b' gets its mass from it.*\n.*<inertial>"):
         scaffold_robot("my", file, parent=tmp_path, boxes=True)
     file.write_text(text.format(inertial, 1))
     with pytest.raises(RobotError, match=r"missing-meshes=boxes"):
@@ -223,7 +224,7 @@ def test_omnicopter(tmp_path: Path) -> None:
     # four push down at full speed forwards, up backwards
     np.testing.assert_allclose(rotors.axis[0], [-0.788675, 0.211325, 0.57735], atol=1e-5)
     np.testing.assert_allclose(rotors.axis[1], [-0.211325, -0.788675, 0.57735], atol=1e-5)
-    assert "as if they ran backwards: rotor_1, rotor_2, rotor_5, rotor_6" in said(new)
+    assert "reversed to point upwards: rotor_1, rotor_2, rotor_5, rotor_6" in said(new)
     run = run_settings([f"robot={new.folder}"])
     found = [str(one) for one in check_robot(run.robot, run.actuators, run.effects)]
     assert any("rank 6 of 6" in line for line in found)
@@ -249,7 +250,7 @@ def test_rexrov(tmp_path: Path) -> None:
     new = made("uuv_descriptions/models/rexrov/urdf/rexrov_base.xacro", tmp_path, boxes=True)
     assert failures(new) == []
     assert new.hulls["rexrov/base_link"].volume == pytest.approx(1.83826)
-    assert "joints without room to move fixed: rexrov/pose_sensor_joint" in said(new)
+    assert "joints without range of motion fixed: rexrov/pose_sensor_joint" in said(new)
     text = (new.folder / "robot.yaml").read_text()
     assert "mass_x: 779.79, mass_y: 1222.0, mass_z: 3659.9" in text
     # the file's axes are those of a hull with z down: surge by pitch changes its sign

@@ -54,7 +54,7 @@ HOSTILE = {
     ),
     "many elements": (SDF.format("<link/>" * 210_000), "more than 200,000 elements"),
     "half a file": ('<sdf version="1.9"><model name="m">', "cannot be read as XML"),
-    "another format": ("<scene/>", "holds a <scene>"),
+    "another format": ("<scene/>", "contains a <scene>"),
     "an include elsewhere": (
         SDF.format("<include><uri>model://../../etc</uri></include>"),
         "not the name of a model beside it",
@@ -155,7 +155,7 @@ MISTAKES = {
         "three hinges",
     ),
     "a body without size": (MJCF.format('<geom type="sphere"/>', ""), "cannot be compiled"),
-    "no body": ("<mujoco><worldbody/></mujoco>", "holds no body"),
+    "no body": ("<mujoco><worldbody/></mujoco>", "contains no body"),
     "an axis of zeros": (
         URDF.format(MASS.format(1), HINGE.format("a", "0 0 0", -1)),
         "axis is zero",
@@ -411,7 +411,7 @@ def test_packages_of_macros(tmp_path: Path) -> None:
     made = scaffold_robot("mine", file, parent=tmp_path / "here", packages=given)
     assert made.robot.mass.tolist() == [2.0]
     file.write_text(outer.format("/../secret/part.xacro"), encoding="utf-8")
-    with pytest.raises(Exception, match="lies elsewhere"):
+    with pytest.raises(Exception, match="it is elsewhere"):
         scaffold_robot("mine_2", file, parent=tmp_path / "here", packages=given)
 
 
@@ -488,11 +488,11 @@ def test_a_drawing_of_another_format_is_left_out(tmp_path: Path) -> None:
         text.format(MASS.format(1) + mesh.format("visual") + box), encoding="utf-8"
     )
     made = scaffold_robot("mine", tmp_path / "it.urdf", parent=tmp_path)
-    assert any("empty or not read: t.gltf" in said for said in made.changes)
+    assert any("empty or unreadable: t.gltf" in said for said in made.changes)
     (tmp_path / "it.urdf").write_text(
         text.format(MASS.format(1) + mesh.format("collision")), encoding="utf-8"
     )
-    with pytest.raises(RobotError, match="a format that is not read"):
+    with pytest.raises(RobotError, match="an unsupported format"):
         scaffold_robot("other", tmp_path / "it.urdf", parent=tmp_path)
 
 
@@ -521,7 +521,7 @@ def test_a_floating_joint_to_the_world_is_left_out(elsewhere: Path) -> None:
     (elsewhere / "r.urdf").write_text(FREE.format(""), encoding="utf-8")
     lines = "\n".join(scaffold_robot("free", Path("r.urdf"), parent=elsewhere).changes)
     assert "floating joint 'j' to the world left out" in lines
-    assert "1 capsule(s) became cylinders" in lines
+    assert "1 capsule(s) replaced by cylinders" in lines
     settings = yaml.safe_load((elsewhere / "free" / "robot.yaml").read_text(encoding="utf-8"))
     assert settings["fixed_base"] is False
     shape = settings["hulls"]["b"]["shapes"][0]

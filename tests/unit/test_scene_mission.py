@@ -192,7 +192,7 @@ def test_a_turn_takes_the_shorter_way() -> None:
     ("rows", "words"),
     [
         ([{"do": "rize"}], "Did you mean 'rise'"),
-        ([{"height": 1.0}], "does not say what to do"),
+        ([{"height": 1.0}], "names no action"),
         ([{"do": "rise", "hight": 1.0}], "Did you mean 'height'"),
         ([{"do": "go", "to": [1.0, 2.0]}], "3 numbers"),
         ([{"do": "close", "force": -1.0}], "force=-1"),

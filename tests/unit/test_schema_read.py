@@ -94,8 +94,8 @@ def test_instances_stay_as_they_are() -> None:
 
 
 ODD: dict[str, tuple[Any, Any, str]] = {
-    "key": (Part, {"name": "a", "mas": 1}, "p: 'mas' is not known here.\nDid you mean 'mass'"),
-    "missing": (Part, {"nam": "a"}, "p: 'nam' is not known here.\nDid you mean 'name'"),
+    "key": (Part, {"name": "a", "mas": 1}, "p: 'mas' is not allowed here.\nDid you mean 'mass'"),
+    "missing": (Part, {"nam": "a"}, "p: 'nam' is not allowed here.\nDid you mean 'name'"),
     "nothing": (Part, {}, r"p has no 'name'\.\n"),
     "no mapping": (Part, [1], "p=\\[1\\] is not allowed.\nAllowed: a mapping of names to values"),
     "bounds": (Part, {"name": "a", "mass": 11}, "p.mass=11.0 .*\n.* from 0 to 10 kg"),

@@ -63,7 +63,7 @@ def test_a_flight_without_gravity_is_refused(capsys: pytest.CaptureFixture[str])
     words = ["run", "robot=aam", "controller=cascade", "guide=hover", "environment.gravity=0"]
     assert main([*words, "time.duration=0.1"]) == 2
     said = capsys.readouterr().err
-    assert "make a system that cannot be computed: ZeroDivisionError" in said
+    assert "lead to a system that cannot be solved: ZeroDivisionError" in said
     assert "lean_for" in said
 
 
@@ -84,7 +84,7 @@ def test_pybullet_has_a_most_of_links(count: int, capsys: pytest.CaptureFixture[
     code = main(["run", robot(count), "backend=pybullet", "time.duration=0.004"])
     assert code == (0 if count <= 128 else 2), capsys.readouterr().err
     if code:
-        assert "PyBullet knows 128 at most" in capsys.readouterr().err
+        assert "PyBullet supports 128 at most" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("rows", [3, 10, 40, 60])

@@ -106,7 +106,7 @@ def nested(levels: int) -> Any:
     [
         (Stranger(1.0), "not a registered record"),
         (print, "not a registered record"),
-        (np.array([{}], dtype=object), "no kind of number"),
+        (np.array([{}], dtype=object), "not a numeric type"),
         (nested(70), "deeper than 64"),
         (frozenset(range(300)), "300 keys"),
         (dict.fromkeys(range(300)), "300 keys"),
@@ -156,12 +156,12 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "huge product": (table(["<f8", "C", [1 << 31, 1 << 31, 1 << 31]]), "arrays declare"),
     "negative shape": (table(["<f8", "C", [-3, -4]]), "an array of shape"),
     "broken shape": (table(["<f8", "C", [3.5, 4]]), "an array of shape"),
-    "objects": (table(["|O", "C", [12]]), "no kind of number"),
-    "texts": (table(["<U3", "C", [8]]), "no kind of number"),
-    "structure": (table([[["a", "<f8"]], "C", [12]]), "no kind of number"),
-    "strange order": (table(["<f8", "K", [4, 3]]), "no kind of number"),
+    "objects": (table(["|O", "C", [12]]), "not a numeric type"),
+    "texts": (table(["<U3", "C", [8]]), "not a numeric type"),
+    "structure": (table([[["a", "<f8"]], "C", [12]]), "not a numeric type"),
+    "strange order": (table(["<f8", "K", [4, 3]]), "not a numeric type"),
     "not a number": (text("-0.0", "NaN"), "holds NaN"),
-    "infinite": (text("-0.0", "1e999"), "no finite number"),
+    "infinite": (text("-0.0", "1e999"), "not a finite number"),
     "long number": (text("-0.0", "1" * 4000), "4000 digits"),
     "twice": (text('"kind":', '"kind": 1, "kind":'), "occurs twice"),
     "other entries": (lambda about: about.update(more=1), "other entries"),
@@ -181,8 +181,8 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
         "field 'names'",
     ),
     "strange mark": (state({"import": "os"}), "the mark 'import'"),
-    "no such array": (state({"a": 99}), "speaks of array 99"),
-    "array before the first": (state({"a": -1}), "speaks of array -1"),
+    "no such array": (state({"a": 99}), "refers to array 99"),
+    "array before the first": (state({"a": -1}), "refers to array -1"),
     "many for one": (state({"s": 0}), "stands for one number"),
     "deep": (state(nested(70)), "deeper than 64"),
     "very deep": (text('"kind"', '"x": ' + "[" * 100_000 + ', "kind"'), "nested too deeply"),
@@ -190,16 +190,16 @@ FORGERIES: dict[str, tuple[Forgery, str]] = {
     "one hash for all of a set": (state({"x": [k * MODULUS for k in range(300)]}), "300 keys"),
     "one hash for all keys": (state({"m": [[k * MODULUS, 0] for k in range(300)]}), "300 keys"),
     "one hash, of tuples": (state({"x": [{"t": [k * MODULUS]} for k in range(300)]}), "300 keys"),
-    "a set of no list": (state({"x": {"a": 0}}), "a dict stands"),
+    "a set of no list": (state({"x": {"a": 0}}), "a dict is found"),
     "pairs that are none": (state({"m": [[1, 2, 3]]}), "unpack"),
-    "a mapping that is a list": (state({"p": [1]}), "a list stands"),
+    "a mapping that is a list": (state({"p": [1]}), "a list is found"),
     "arrays that are none": (lambda about: about.update(arrays={"0": 1}), "unpack"),
-    "an array of half a byte": (table(["<f0.5", "C", [24]]), "no kind of number"),
+    "an array of half a byte": (table(["<f0.5", "C", [24]]), "not a numeric type"),
     "a shape of truth values": (table(["<f8", "C", [True, 12]]), "an array of shape"),
     "a shape of seventeen axes": (table(["<f8", "C", [1] * 16 + [12]]), "an array of shape"),
     "a shape that is a text": (table(["<f8", "C", "12"]), "an array of shape"),
-    "big-endian numbers": (table([">f8", "C", [12]]), "no kind of number"),
-    "dates": (table(["<M8[s]", "C", [12]]), "no kind of number"),
+    "big-endian numbers": (table([">f8", "C", [12]]), "not a numeric type"),
+    "dates": (table(["<M8[s]", "C", [12]]), "not a numeric type"),
     "a number of too few bits": (state({"b": "00"}), "1 bytes"),
     "a number that has no name": (state({"f": "__import__"}), "__import__"),
     "a name that leads out": (state({"r": "../../etc:passwd", "v": {}}), "not a registered record"),
@@ -274,7 +274,7 @@ def test_a_changed_number_is_noticed(file: Path) -> None:
     raw = bytearray(file.read_bytes())
     raw[-64] ^= 1
     file.write_bytes(raw)
-    with pytest.raises(StateError, match="its digest is another one"):
+    with pytest.raises(StateError, match="its digest differs"):
         read_state(file, "test")
 
 
@@ -287,7 +287,7 @@ def test_only_ordinary_files_are_opened(file: Path, tmp_path: Path) -> None:
         with pytest.raises(StateError, match="cannot be opened"):
             read_state(place, "test")
     for place in (pipe, tmp_path, Path("/dev/zero")):
-        with pytest.raises(StateError, match="not an ordinary file"):
+        with pytest.raises(StateError, match="not a regular file"):
             read_state(place, "test")
 
 

@@ -220,7 +220,7 @@ def test_a_second_sweep_in_the_same_folder_touches_nothing(
     place = f"{whole.parent}/${{replace}}" if key.startswith("+") else f"{whole}"
     words = ["run", "-m", "robot=box", "seed=0,1", f"name={whole.name}"]
     assert main([*words, f"{key}={place.replace('replace', 'name')}"]) == 2
-    assert "holds a sweep already" in capsys.readouterr().err
+    assert "already contains a sweep" in capsys.readouterr().err
     assert {path: path.read_bytes() for path in whole.rglob("*") if path.is_file()} == before
 
 
@@ -247,14 +247,14 @@ def test_a_torn_line_counts_as_not_written(tmp_path: Path) -> None:
         (["-m", "robot=ball", "--resume", "hydra.sweep.dir=nowhere"], "no sweep in this folder"),
         (["-m", "robot=ball", "hydra.sweep.subdir=a"], "named by their numbers"),
         (["-m", "robot=ball", "hydra/launcher=jobli"], "Did you mean 'joblib'"),
-        (["-m", "robot=ball", "hydra.sweep.dir=WHOLE"], "holds a sweep already"),
+        (["-m", "robot=ball", "hydra.sweep.dir=WHOLE"], "already contains a sweep"),
         (["-m", "robot=box", "--resume", "hydra.sweep.dir=WHOLE"], "started with other overrides"),
         (
             ["-m", "robot=box", "--resume", "++hydra.sweep.dir=WHOLE"],
             "started with other overrides",
         ),
-        (["-m", "robot=box", "--resume", "hydra.sweep.dir=${name}"], "Give it by its name"),
-        (["resume=WHOLE", "seed=3"], "would make another sweep"),
+        (["-m", "robot=box", "--resume", "hydra.sweep.dir=${name}"], "Give its name"),
+        (["resume=WHOLE", "seed=3"], "would change the sweep"),
     ],
 )
 def test_refusals_of_sweeps(
@@ -279,7 +279,7 @@ def test_the_words_of_a_strangers_sweep_set_values_alone(tmp_path: Path) -> None
     for word in ("hydra.launcher.setup=[rm]", "effects.a._target_=os.system"):
         note = {"verb": "run", "words": ["robot=ball", word]}
         (tmp_path / "sweep.json").write_text(json.dumps(note))
-        with pytest.raises(ConfigError, match="asks for"):
+        with pytest.raises(ConfigError, match="contains"):
             begun("run", [f"resume={tmp_path}"])
 
 

@@ -137,8 +137,8 @@ def test_a_sweep_goes_on_after_a_full_disk(
         patch.setattr("seals.sweep.book._forget_torn_line", full)
         assert main(line) == 2
     told = capsys.readouterr().err
-    assert "no room left on the disk" in told
-    assert "Make room, then go on" in told
+    assert "no space left on the disk" in told
+    assert "Free some space, then continue" in told
     assert (tmp_path / "s" / "jobs.csv").read_bytes() == b""
     assert main([*line, "--resume"]) == 0
     assert [state.state for state in read_jobs(tmp_path / "s").values()] == ["done"]
@@ -161,8 +161,8 @@ def test_a_lost_worker_is_told_in_two_lines(
         patch.setattr(basic, "launch", lossy)
         assert main(line) == 2
     first, second = capsys.readouterr().err.splitlines()
-    assert first == "SealsError: the sweep was cut short: RuntimeError: a worker was killed."
-    assert second.startswith("Without an end: jobs 1, 2. The same command with --resume goes on;")
+    assert first == "SealsError: the sweep was interrupted: RuntimeError: a worker was killed."
+    assert second.startswith("Without an end: jobs 1, 2. The same command with --resume continues;")
     assert main([*line, "--resume"]) == 0
     assert sorted(read_jobs(tmp_path / "s")) == [0, 1, 2]
 
@@ -178,7 +178,7 @@ def test_a_launcher_that_cannot_begin_leaves_nothing(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(launcher(), "launch", absent)
     assert main(["run", "-m", *SHORT, "seed=1,2", "hydra.sweep.dir=s"]) == 2
-    assert "the sweep could not begin: FileNotFoundError" in capsys.readouterr().err
+    assert "the sweep could not start: FileNotFoundError" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -58,7 +58,7 @@ def test_a_mistyped_objective_ends_a_search_after_one_job(
     words = search(tmp_path / "s", "hydra.sweeper.n_trials=5", "objective=position_z.mxa")
     assert main(words) == 2
     assert capfd.readouterr().err.splitlines() == [
-        "ConfigError: objective=position_z.mxa: no run has it.",
+        "ConfigError: objective=position_z.mxa: no run has this metric.",
         "Did you mean 'max'?  Statistics: first, last, max, mean, min, range, rms, std",
     ]
     assert len((tmp_path / "s" / "jobs.csv").read_text().splitlines()) == 2
@@ -76,7 +76,7 @@ def test_a_single_run_prints_its_objective(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["hydra/sweeper=optuna", "seed=1,2"], "Say objective=METRIC"),
+        (["hydra/sweeper=optuna", "seed=1,2"], "Give objective=METRIC"),
         (["hydra/sweeper=optna", "objective=seconds"], "Did you mean 'optuna'?"),
     ],
 )

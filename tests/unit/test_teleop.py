@@ -98,7 +98,7 @@ def test_events_survive_their_file_to_the_last_bit(tmp_path: Path) -> None:
         ("a.csv", "t,control,value\nnan,w,1\n", "a finite number"),
         ("a.yaml", "t: 1", "holds no list"),
         ("a.yaml", "- {hold: w, seconds: 1}", "has no time"),
-        ("a.yaml", "- {t: 1, hold: w}", "does not say how long"),
+        ("a.yaml", "- {t: 1, hold: w}", "states no duration"),
         ("a.yaml", "- {t: 1, pres: w}", "Did you mean 'press'"),
         ("a.yaml", "- {t: 1}", "press, release, hold, set"),
         ("a.yaml", "- {t: 1, press: escpe}", "Did you mean 'escape'"),

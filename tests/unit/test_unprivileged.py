@@ -132,7 +132,7 @@ def test_particles_of_an_ordinary_user(place: Place) -> None:
         pytest.skip("taichi is not installed")
     done = place.start("run", *PARTICLES, *SHORT, "hydra.run.dir=p")
     assert done.returncode == 0, done.stderr[-2000:]
-    assert done.stderr.count("the cache 'taichi' is kept for this process alone") == 1
+    assert done.stderr.count("the cache 'taichi' is used only by this process") == 1
     assert (place.root / "work" / "p" / "log.parquet").is_file()
     assert not list((place.root / "home").iterdir())
 

@@ -35,18 +35,18 @@ def _sparse(place: Path) -> None:
 
 
 STRANGE: dict[str, tuple[Callable[[Path], None], str]] = {
-    "pipe": (os.mkfifo, "not an ordinary file"),
-    "socket": (_listening, "not an ordinary file"),
+    "pipe": (os.mkfifo, "not a regular file"),
+    "socket": (_listening, "not a regular file"),
     "folder": (Path.mkdir, "is a folder"),
     "nothing": (lambda _: None, "does not exist"),
-    "endless zeros": (lambda p: _linked(p, "/dev/zero"), "not an ordinary file"),
-    "endless noise": (lambda p: _linked(p, "/dev/urandom"), "not an ordinary file"),
-    "null": (lambda p: _linked(p, "/dev/null"), "not an ordinary file"),
-    "terminal": (lambda p: _linked(p, "/dev/tty"), "not an ordinary file"),
+    "endless zeros": (lambda p: _linked(p, "/dev/zero"), "not a regular file"),
+    "endless noise": (lambda p: _linked(p, "/dev/urandom"), "not a regular file"),
+    "null": (lambda p: _linked(p, "/dev/null"), "not a regular file"),
+    "terminal": (lambda p: _linked(p, "/dev/tty"), "not a regular file"),
     "memory of the process": (lambda p: _linked(p, "/proc/self/mem"), "is empty"),
     "link to itself": (lambda p: _linked(p, p.name), "cannot be opened"),
     "link to nothing": (lambda p: _linked(p, "absent"), "does not exist"),
-    "terabyte of holes": (_sparse, "allowed are"),
+    "terabyte of holes": (_sparse, "the limit is"),
     "empty": (Path.touch, "is empty"),
     "not UTF-8": (lambda p: p.write_bytes(b'"\xff"') and None, "UTF-8|utf-8"),
 }
@@ -71,7 +71,7 @@ def test_a_file_that_becomes_a_pipe_is_refused(
     file = tmp_path / "a.json"
     os.mkfifo(file)
     monkeypatch.setattr(untrusted_io, "regular_file", lambda path, **_: Path(path))
-    with pytest.raises(LogError, match="not an ordinary file"):
+    with pytest.raises(LogError, match="not a regular file"):
         read_bytes(file)
 
 
@@ -95,8 +95,8 @@ JSON: dict[str, tuple[bytes | Callable[[], bytes], str]] = {
     "very long number": (lambda: b"-" + b"9" * 5_000_000, "digits"),
     "half a pair": (b'{"a": "\\ud800"}', "surrogates"),
     "half a pair as name": (b'{"\\udc00": 1}', "surrogates"),
-    "zero": (b'{"a": ["b\\u0000"]}', "number zero"),
-    "zero as name": (b'{"\\u0000": 1}', "number zero"),
+    "zero": (b'{"a": ["b\\u0000"]}', "null character"),
+    "zero as name": (b'{"\\u0000": 1}', "null character"),
     "text without end": (b'["' + b'\\"' * 1_000_000, "Unterminated"),
     "another coding": ('{"a": 1}'.encode("utf-16"), "utf-8"),
     "two of them": (b"{} {}", "Extra data"),
@@ -144,8 +144,8 @@ _WIDE = "a: &a {" + ",".join(f"k{k}: 1" for k in range(5000)) + "}\n"
 MODULUS = 2**61 - 1
 """Its multiples have one hash in Python, so that a mapping with such keys takes quadratic time."""
 YAML: dict[str, tuple[str, str]] = {
-    "zero": ('a: ["b\\0c"]', "number zero"),
-    "zero as name": ('"b\\x00": 1', "number zero"),
+    "zero": ('a: ["b\\0c"]', "null character"),
+    "zero as name": ('"b\\x00": 1', "null character"),
     "number to the base 60": ("a: 1" + ":59" * 300_000, "number of"),
     "tagged number": ("a: !!int '" + "1:" * 100_000 + "1'", "number of"),
     "number with points": ("a: " + "1:" * 100_000 + "1.0", "number of"),

@@ -54,7 +54,7 @@ def test_sliders_are_named_with_their_range(run: Path) -> None:
         ("initial.position.2", "Give it: initial.position.2:LOW:HIGH"),
         ("initial.position.2:3:1", "LOW below HIGH"),
         ("initial.position.2:a:b", "LOW below HIGH"),
-        ("initial.position.2:3:4", "leaves out the run's own"),
+        ("initial.position.2:3:4", "does not include the value of the run,"),
         ("name", "not a numeric setting"),
     ],
 )
@@ -142,14 +142,14 @@ Words = Callable[[Path], list[str]]
     ("words", "said"),
     [
         (lambda run: ["replay=nowhere"], "there is no such folder"),
-        (lambda run: [str(run), "time.duration=3"], "cannot be changed by time.duration=3"),
+        (lambda run: [str(run), "time.duration=3"], "cannot be combined with time.duration=3"),
         (lambda run: [f"replay={run}", "port=70000"], "Allowed: 1024 to 65535"),
         (
             lambda run: [f"run={run}", "sliders=[a:0:1]"],
             "a is not a numeric setting",
         ),
         (lambda run: [], "robot is not given"),
-        (lambda run: ["viewer@show=tiny"], "shows no sessions"),
+        (lambda run: ["viewer@show=tiny"], "cannot show live runs"),
     ],
 )
 def test_the_command_refuses_in_two_lines(

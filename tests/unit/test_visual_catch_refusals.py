@@ -89,9 +89,9 @@ def test_only_a_detector_is_replaced_by_one(tmp_path: Path) -> None:
     mine = tmp_path / "home"
     mine.mkdir()
     (mine / "thesis.txt").write_text("mine")
-    with pytest.raises(ConfigError, match="so it is kept"):
+    with pytest.raises(ConfigError, match="so it is not overwritten"):
         main(["train", "--out", str(mine), "--pictures", str(tmp_path)])
-    with pytest.raises(ConfigError, match="so it is kept"):
+    with pytest.raises(ConfigError, match="so it is not overwritten"):
         save_detector(mine, network_of(), {"pixel": 1.0, "threshold": 0.5})
     assert [path.read_text() for path in mine.iterdir()] == ["mine"]
     for _ in range(2):

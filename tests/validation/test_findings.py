@@ -214,7 +214,7 @@ def test_an_ambiguous_answer_asks_for_another_flight(windy: tuple[Diagnosis, Log
     answer = dataclasses.replace(found.answer, verdict=Verdict.ambiguous, claims=(claim,))
     doubtful = dataclasses.replace(found, answer=answer)
     data = doubtful.to_dict() | {"next_experiment": {"sentence": "Fly low."}}
-    assert "cannot tell which: wind (60 %)" in headline(doubtful, data)
+    assert "does not determine which: wind (60 %)" in headline(doubtful, data)
     words, commands = next_steps(doubtful, data, None, Path("out"))
     assert words[0] == "Fly low."
     assert commands.splitlines() == [
@@ -237,7 +237,7 @@ def test_nothing_missing_is_said_plainly(vehicle: str, tmp_path: Path) -> None:
 
 
 def test_a_quiet_answer_offers_no_command(windy: tuple[Diagnosis, Log]) -> None:
-    """Where nothing is missing there is nothing to add, and no effect is called named."""
+    """Where nothing is missing there is no effect to add, and no effect is called named."""
     found = windy[0]
     answer = dataclasses.replace(found.answer, verdict=Verdict.nothing_missing, claims=())
     quiet = dataclasses.replace(found, answer=answer)

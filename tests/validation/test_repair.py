@@ -174,7 +174,7 @@ def test_a_choice_and_a_base_are_written_down(
     assert main([*words, "base=base", "name=both"]) == 0
     both = yaml.safe_load((tmp_path / "models" / "both.yaml").read_text(encoding="utf-8"))
     assert list(both["effects"]) == ["tail", "wind"]
-    assert both["provenance"]["chosen"].startswith("wind, picked by the user")
+    assert both["provenance"]["chosen"].startswith("wind, chosen by the user")
     assert both["provenance"]["base"]["name"] == "base"
     assert main([*words, "base=mine", "name=twice"]) == 2
     assert "would act twice" in capsys.readouterr().err

@@ -274,6 +274,6 @@ def test_a_robot_that_comes_late_is_refused() -> None:
     """A scene that has been used takes no further robot."""
     with (
         contextlib.closing(build_world(cube())) as world,
-        pytest.raises(PhysicsError, match="comes too late"),
+        pytest.raises(PhysicsError, match="is added too late"),
     ):
         world.backend.add(world.actors["robot"].robot)

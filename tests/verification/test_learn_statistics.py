@@ -215,7 +215,7 @@ def test_short_and_broken_curves_are_refused() -> None:
     with pytest.raises(SealsError, match="ends at 20, and the budget is 30"):
         area(line, budget=30)
     assert area(held(line, budget=40), budget=40) == pytest.approx((10 + 20) / 40)
-    with pytest.raises(SealsError, match="goes back at point 2"):
+    with pytest.raises(SealsError, match="is not increasing at point 2"):
         curve([0, 10, 5], [0, 0, 0])
     with pytest.raises(SealsError, match="not finite"):
         curve([0, 10], [0, math.nan])
@@ -244,5 +244,5 @@ def test_too_little_is_refused() -> None:
         improvement([1.0, math.inf], [2.0, 3.0])
     with pytest.raises(SealsError, match="no share"):
         wilson(3, 2)
-    with pytest.raises(SealsError, match="no level"):
+    with pytest.raises(SealsError, match="not a level"):
         wilson(1, 2, level=95)

@@ -163,7 +163,7 @@ class FreeBody(BodyOptions):
                 raise PhysicsError(
                     f"robot '{self.robot.name}' has reached the ground at {height:g} m, and "
                     "backend=free has no contacts.\n"
-                    "Take backend=pybullet or backend=mujoco, or let it through: "
+                    "Use backend=pybullet or backend=mujoco, or ignore the ground: "
                     "backend.passable=true"
                 )
             lower, upper = self._limits
@@ -174,7 +174,8 @@ class FreeBody(BodyOptions):
                 raise PhysicsError(
                     f"joint '{self.robot.joints[k]}' of robot '{self.robot.name}' has left its "
                     f"range of {limits}, and backend=free has no stops.\n"
-                    "Take backend=pybullet or backend=mujoco, or let it pass: backend.passable=true"
+                    "Use backend=pybullet or backend=mujoco, or ignore the stops: "
+                    "backend.passable=true"
                 )
 
     def contact_wrenches(self) -> Floats:

@@ -119,7 +119,7 @@ class Scene:
         """
         if self.model is not None:
             raise PhysicsError(
-                f"robot '{robot.name}' comes too late: the scene has been used already.\n"
+                f"robot '{robot.name}' is added too late: the scene is already in use.\n"
                 "Add every robot before the first reset."
             )
         number = len(self._robots)
@@ -232,7 +232,7 @@ class Scene:
         self.compile()
         size = self.engine.mj_stateSize(self.model, self._state_kind)
         if np.shape(state) != (size,):
-            raise ValueError(f"a state of shape {np.shape(state)} where {(size,)} belongs")
+            raise ValueError(f"a state of shape {np.shape(state)}; {(size,)} is required")
         self.engine.mj_setState(self.model, self.data, state, self._state_kind)
         self.stale = True
 

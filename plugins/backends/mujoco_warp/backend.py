@@ -124,5 +124,5 @@ class BackendMujocoWarp(BackendMujoco):
         except CannotCompile as problem:
             if self.compiled == "true":
                 raise
-            warnings.warn(f"the worlds go on uncompiled: {problem}", stacklevel=2)
+            warnings.warn(f"the worlds continue uncompiled: {problem}", stacklevel=2)
         return None

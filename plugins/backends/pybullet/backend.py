@@ -162,9 +162,9 @@ class BackendPybullet:
             ValueError: the file was cut short, or the engine crashes on it.
         """
         if not whole(path):
-            raise ValueError(f"{path.name} was cut short")
+            raise ValueError(f"{path.name} is truncated")
         if not survived(lambda: self._tried(path)):
-            raise ValueError(f"the engine does not survive {path.name}: it was damaged or forged")
+            raise ValueError(f"the engine crashes on {path.name}: it is damaged or forged")
         self._engine.restoreState(fileName=str(path), physicsClientId=self._client)
         return self._saved(), bodies
 

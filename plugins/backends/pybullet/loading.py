@@ -48,7 +48,7 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
     """
     if len(robot.links) > MOST_LINKS:
         raise RobotError(
-            f"{robot.urdf} has {len(robot.links)} links, PyBullet knows {MOST_LINKS} at most.\n"
+            f"{robot.urdf} has {len(robot.links)} links, PyBullet supports {MOST_LINKS} at most.\n"
             "Take another engine: backend=mujoco"
         )
     flags = p.URDF_USE_INERTIA_FROM_FILE
@@ -68,7 +68,7 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         joint_names[info[1].decode()] = i
     if set(names) != set(robot.links):
         raise RobotError(
-            f"PyBullet sees the links {sorted(names)} in {robot.urdf}, "
+            f"PyBullet finds the links {sorted(names)} in {robot.urdf}, "
             f"the robot has {sorted(robot.links)}.\n"
             "Give every link a unique name."
         )

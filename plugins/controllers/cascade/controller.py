@@ -53,9 +53,9 @@ class CascadeState(NamedTuple):
         drive: states of the drives as reckoned [rad/s or N], shape (B, n).
         fresh: 1 before the first call, when the drives are taken to be where they are wanted.
         velocity: with its rate, world axes; None without a gain on that rate.
-        inner: what the motion of the joints does; None where they are held.
-        known: acceleration that is fed forward, with its rates, world axes; None where nothing is.
-        joints: targets of the joints [rad or m], shape (J,); None where they are held.
+        inner: what the motion of the joints does; None if they are held.
+        known: acceleration that is fed forward, with its rates, world axes; None if nothing is.
+        joints: targets of the joints [rad or m], shape (J,); None if they are held.
     """
 
     sum: Array
@@ -169,7 +169,7 @@ class Cascade(CascadeSettings):
             raise ConfigError(
                 f"controller=cascade: the drives of robot '{plant.robot.name}' do not command "
                 "lift, roll, pitch and yaw independently.\n"
-                "Look at position, axis, direction and coefficients of its rotors: "
+                "Check position, axis, direction and coefficients of its rotors: "
                 f"seals check robot={plant.robot.name}"
             )
         self._lag = Lag(layout.lag, layout.fall, like)
@@ -196,13 +196,13 @@ class Cascade(CascadeSettings):
         law._bind(plant, like, joints)
         if law._tilts.joints:
             raise ConfigError(
-                f"a batch has no joint that tilts a rotor, as one of robot '{plant.robot.name}' "
+                f"a batch cannot have a joint that tilts a rotor, as robot '{plant.robot.name}' "
                 "does.\n"
                 "Run it in a world: backend=pybullet"
             )
         if law._rated:
             raise ConfigError(
-                f"controller.rate_gain={list(self.rate_gain)} has no form over a batch.\n"
+                f"controller.rate_gain={list(self.rate_gain)} has no batched form.\n"
                 "Allowed: [0.0, 0.0]"
             )
         return CascadeBatch(law, held=joints is not None)
@@ -459,7 +459,7 @@ def _refuse_unfit(plant: Plant) -> Fins:
     """Return the servos that tilt rotors; refuse robots without four rotors and servos.
 
     Raises:
-        ConfigError: the robot has fewer, or others.
+        ConfigError: the robot has fewer, or different ones.
     """
     layout = plant.layout
     share = plant.gravity * float(plant.robot.mass.sum()) / max(layout.drives, 1)

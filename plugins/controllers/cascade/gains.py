@@ -99,7 +99,7 @@ class CascadeSettings(ControllerOptions):
         (1.5, 0.8), "1/s", bounds=_RANGE, source="chosen: a third of the speed gain"
     )
     speed_gain: list[float] = vector(
-        (4.5, 2.5), "1/s", bounds=_RANGE, source="chosen: a third of the lean's bandwidth"
+        (4.5, 2.5), "1/s", bounds=_RANGE, source="chosen: a third of the bandwidth of the tilt"
     )
     sum_gain: list[float] = vector(
         (3.0, 1.5), "1/s^2", bounds=_RANGE, source="chosen: seven tenths of a second to settle"
@@ -123,22 +123,25 @@ class CascadeSettings(ControllerOptions):
         (6.0, 4.0), "1/s", bounds=_RANGE, source="chosen: damping ratio 0.85"
     )
     turn_sum_gain: list[float] = vector(
-        (80.0, 20.0), "1/s^3", bounds=_RANGE, source="chosen: slower than the lean by 20"
+        (80.0, 20.0),
+        "1/s^3",
+        bounds=_RANGE,
+        source="chosen: slower than the tilt by a factor of 20",
     )
     turn_sum_limit: list[float] = vector(
-        (10.0, 10.0), "rad/s^2", bounds=_RANGE, source="chosen: arm of 3 cm in the dark"
+        (10.0, 10.0), "rad/s^2", bounds=_RANGE, source="chosen: unknown lever arm of 3 cm"
     )
     tilt: list[float] = vector(
-        (0.6, 0.9), "rad", bounds=(0.01, 1.5), source="chosen: 35 degrees; more where drag rules"
+        (0.6, 0.9), "rad", bounds=(0.01, 1.5), source="chosen: 35 degrees; more if drag dominates"
     )
     acceleration: float = setting(6.0, "m/s^2", bounds=(0.1, 100.0), source="chosen: half of g")
     least: list[float] = vector(
-        (0.3, 0.04), "1", bounds=_RANGE, source="chosen: below it the lean would flutter"
+        (0.3, 0.04), "1", bounds=_RANGE, source="chosen: below it the tilt would oscillate"
     )
     quicker: float = setting(3.0, "1", bounds=(1.0, 20.0), source="chosen: noise grows with it")
     smoothing: float = setting(0.015, "s", bounds=(0.0, 1.0), source="chosen: four steps")
     joint_speed: float = setting(6.0, "rad/s", bounds=(0.0, 100.0), source="hobby servos")
-    lean_lead: float = setting(0.0, "s", bounds=(0.0, 0.5), source="zero: servos lag as leans do")
+    lean_lead: float = setting(0.0, "s", bounds=(0.0, 0.5), source="zero: servos lag like the tilt")
     torque_lead: float = setting(0.02, "s", bounds=(0.0, 0.5), source="chosen: lag left to rotors")
 
     def gains(self, medium: int) -> Gains:

@@ -130,7 +130,7 @@ def anatomy_of(robot: RobotModel) -> Anatomy:
     """
     if not robot.legs:
         raise ConfigError(
-            f"robot '{robot.name}' has no legs, a gait has nothing to move.\n"
+            f"robot '{robot.name}' has no legs, so it cannot have a gait.\n"
             "Name them in its robot.yaml: legs: {NAME: {joints: [...], foot: LINK, toe: [x, y, z]}}"
         )
     stands = standing(robot.legs, robot.tree.joints)
@@ -157,7 +157,7 @@ def _row(robot: RobotModel, leg: Leg, zero: Pose, folded: Pose, stands: Pose) ->
     if len(leg.joints) != 3:
         raise ConfigError(
             f"robot '{robot.name}': leg '{leg.name}' has {len(leg.joints)} joints.\n"
-            "A gait walks on legs of three: a hip that turns fore and aft, and two hinges."
+            "A gait needs legs with three joints: a hip that swings fore and aft, and two hinges."
         )
     tree = robot.tree
     links = [tree.joint.index(j) for j in leg.joints]
@@ -166,7 +166,7 @@ def _row(robot: RobotModel, leg: Leg, zero: Pose, folded: Pose, stands: Pose) ->
     if tilt > SQUARE:
         raise ConfigError(
             f"robot '{robot.name}': leg '{leg.name}' has the axes {np.round(axes, 3).tolist()}.\n"
-            "A gait needs the second and the third one parallel, and square to the first."
+            "A gait needs the second and the third axis parallel, and perpendicular to the first."
         )
     hip, toe = zero[0][links[0]], _toe(leg, folded)
     out = np.cross(axes[1], axes[0])

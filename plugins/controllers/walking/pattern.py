@@ -130,8 +130,8 @@ class Gait(Walker):
         if not steered or self.support or self.catch:
             raise ConfigError(
                 f"controller.facing={self.facing.value}, turn_gain={self.turn_gain:g}, "
-                f"support={self.support:g}, catch={self.catch:g} have no form over a batch.\n"
-                "Say controller.facing=aim and zero for the others, as env=crab_walk does"
+                f"support={self.support:g}, catch={self.catch:g} have no batched form.\n"
+                "Give controller.facing=aim and zero for the others, as in env=crab_walk"
             )
         return BatchGait(self, batch, like)
 

@@ -593,6 +593,8 @@ def _wished(own: Manner, wishes: Mapping[str, float]) -> Manner:
     for name in values:
         if name not in Manner._fields:
             allowed = ["frequency", *Manner._fields]
-            raise ConfigError(f"a gait has no manner '{name}'.\n{suggestion(str(name), allowed)}")
+            raise ConfigError(
+                f"a gait has no parameter '{name}'.\n{suggestion(str(name), allowed)}"
+            )
     numbers = {k: x if hasattr(x, "shape") else float(x) for k, x in values.items()}
     return own._replace(**numbers)

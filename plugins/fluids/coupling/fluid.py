@@ -107,7 +107,7 @@ class ParticleFluid:
     def simulation(self) -> Any:
         """The simulation, once opened."""
         if self._simulation is None:
-            raise ConfigError(f"fluid {self.name!r} is not open.\nIt opens with its world.")
+            raise ConfigError(f"fluid {self.name!r} is not open.\nIt is opened by its world.")
         return self._simulation
 
     def _physics(self, environment: EnvironmentSettings, **changes: Any) -> SolverSettings:

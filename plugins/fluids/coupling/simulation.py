@@ -197,7 +197,7 @@ def refuse_large(count: int, boundary: int, most: int) -> None:
     if count + boundary > most:
         raise PhysicsError(
             f"the basin holds {count:,} particles and {boundary:,} boundary samples.\n"
-            f"Allowed by fluid.most: {most:,}; take a coarser fluid.spacing or a smaller "
+            f"Allowed by fluid.most: {most:,}; use a coarser fluid.spacing or a smaller "
             f"fluid.size, or raise fluid.most (about {1.6e-6 * (count + boundary):.2g} GB)."
         )
 

@@ -208,8 +208,8 @@ class MovingDomain(Simulation):
         out = ~self.box.holds(rest, slack=2.0 * self.box.spacing)
         if out.any():
             raise PhysicsError(
-                f"{out.sum()} particles came through the sides of the window.\n"
-                "Take shorter steps, or a lower sea."
+                f"{out.sum()} particles passed through the sides of the window.\n"
+                "Use shorter steps, or lower waves."
             )
         over = self._over(states, time)
         change = self.level.change(self.box, rest, over, step)

@@ -36,8 +36,8 @@ class OuterSea:
         still = wave.at(np.zeros((1, 3)), np.zeros((1, 1)), level).velocity is None
         if not still and not isinstance(wave, Orbits):
             raise ConfigError(
-                f"wave={type(wave).__name__}: a window of particles must know how far its waves "
-                "carry the water.\nUse wave=sea or wave=airy, or one with "
+                f"wave={type(wave).__name__}: a window of particles needs the displacement of the "
+                "water by the waves.\nUse wave=sea or wave=airy, or one with "
                 "seals.environment.waves.Orbits."
             )
         self._orbits = wave if isinstance(wave, Orbits) and not still else None

@@ -34,7 +34,7 @@ def refuse_box(spacing: float, size: tuple[float, float, float], ring: int) -> N
     """
     if ring < THINNEST:
         raise ConfigError(
-            f"ring={ring} spacings is too thin: a particle sees two spacings far.\n"
+            f"ring={ring} spacings is too thin: the range of a particle is two spacings.\n"
             f"Allowed: {THINNEST} or more; 5 is usual."
         )
     least = {"length": 2 * ring + INSIDE, "width": 2 * ring + INSIDE, "depth": FEWEST}
@@ -59,7 +59,7 @@ def refuse_ground(environment: EnvironmentSettings, solids: Sequence[Solid]) -> 
         low = solid.position[2] - 0.5 * max(solid.size, default=0.0)
         if solid.kind != "plane" and low < level:
             raise ConfigError(
-                f"'{solid.name}' stands in the water: a window in an open sea has no shore or "
+                f"'{solid.name}' is in the water: a window in an open sea has no shore or "
                 "obstacles.\nUse a basin: water=particles, or leave it out."
             )
 
@@ -89,9 +89,9 @@ def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
     deep, high = (np.abs(outer.displacement(p, 0.0)[:, 2]).max() for p in (at, top))
     if deep > STILL * high:
         raise ConfigError(
-            f"the sea floor at {floor:g} m stands still, but the waves move {deep / high:.0%} as "
+            f"the sea floor at {floor:g} m is fixed, but the waves move {deep / high:.0%} as "
             "high there as at the surface.\n"
-            f"Say how deep the sea is: wave=sea wave.depth={outer.level - floor:g}"
+            f"State the depth of the sea: wave=sea wave.depth={outer.level - floor:g}"
         )
 
 
@@ -133,6 +133,6 @@ def refuse_astray(names: Sequence[str], rest: Floats, box: Box) -> None:
     if out.any():
         name = names[int(np.argmax(out))]
         raise PhysicsError(
-            f"'{name}' is outside of the window, which follows '{names[0]}'.\n"
-            "Make fluid.size larger, or leave it out: there is no water outside."
+            f"'{name}' is outside the window, which follows '{names[0]}'.\n"
+            "Increase fluid.size, or leave the object out: there is no water outside."
         )

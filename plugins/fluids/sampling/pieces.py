@@ -481,5 +481,5 @@ def refuse_coarse(name: str, pieces: Sequence[Piece], spacing: float) -> None:
             f"a spacing of {spacing:g} m is too coarse for '{name}': its main part is "
             f"{thick:.3g} m thick.\n"
             f"Allowed: up to {thick / LAYERS:.3g} m, {LAYERS:g} particles through it; "
-            "for forces within 5 % take a tenth of its size."
+            "for forces within 5 % use a tenth of its size."
         )

@@ -114,7 +114,7 @@ class DeviceSettings(ABC):
         if asked and self.search is Search.cells:
             raise ConfigError(
                 f"search=cells stores no lists of neighbours, which {', '.join(asked)} needs.\n"
-                "Say search=list, or leave it out."
+                "Use search=list, or leave it out."
             )
 
     @abstractmethod

@@ -75,12 +75,12 @@ def _check_fill(
     if len(new) + len(have) > capacity:
         raise PhysicsError(
             f"{len(new) + len(have)} particles exceed the capacity of {capacity}.\n"
-            "Give more capacity, less water, or a coarser spacing; none were left out."
+            "Use more capacity, less water, or a coarser spacing; no particles were dropped."
         )
     outside = ((new < lower) | (new > lower + size)).any(axis=1)
     if outside.any():
         raise PhysicsError(
-            f"{outside.sum()} of {len(new)} particles lie outside of the domain "
+            f"{outside.sum()} of {len(new)} particles are outside the domain "
             f"{lower} .. {lower + size} m, the first at {new[outside][0]}."
         )
     if not trusted:
@@ -94,7 +94,7 @@ def _overlaps(new: Array, *, have: Array, static: Array, spacing: float) -> None
         if gap < radius:
             raise PhysicsError(
                 f"Particles to fill overlap {name}: {gap:.4g} m apart, spacing {spacing:.4g} m.\n"
-                "Leave out what lies within one spacing."
+                "Leave out particles within one spacing."
             )
     gap = nearest_pair(new, new, radius, same=True)
     if gap < radius:
@@ -117,20 +117,20 @@ def _trouble(
     when = f"at {time:.4g} s"
     if found[NOT_FINITE] or not finite:
         return (
-            f"The water became not finite {when} (substep {substep:.3g} s).\n"
+            f"The state of the water became non-finite {when} (substep {substep:.3g} s).\n"
             f"Take substeps of {advised:.3g} s or less, and check bodies that start in the water."
         )
     if found[CROWDED]:
         return (
             f"{found[CROWDED]} particles had more than neighbours={longest} neighbours {when}, "
             f"up to {found[LONGEST]}.\n"
-            "A body may have been placed over water; else raise neighbours."
+            "A body may overlap water; otherwise raise neighbours."
         )
     if found[ESCAPED] and not outflow:
         return (
-            f"{found[ESCAPED]} times a particle was outside of the domain {when}.\n"
+            f"{found[ESCAPED]} times a particle was outside the domain {when}.\n"
             "Close the gap in the walls (samples one spacing apart), take shorter substeps, "
-            "enlarge the domain, or set outflow=true to let water go."
+            "enlarge the domain, or set outflow=true to let water leave."
         )
     return ""
 

@@ -55,7 +55,7 @@ class Flee(Behaviour):
         check_order(self, "alarm", "calm", where=self.guide, equal=True)
 
     def over_batch(self) -> OverBatch:
-        """Return the behaviour over a batch of animals; the enemy is what the batch says."""
+        """Return the behaviour over a batch of animals; the enemy is given by the batch."""
         return fleeing(self)
 
     def start(self, situation: RobotState) -> FleeState:

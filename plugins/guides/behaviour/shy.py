@@ -34,7 +34,7 @@ class _ShyFlee(Flee):
 @roles(data="enemy")
 @dataclass(kw_only=True)
 class Shy(WanderSettings):
-    """Behaviour that wanders in some individuals and flees in the others, by the seed.
+    """Behaviour that flees in a drawn share of the individuals and wanders in the others.
 
     Args:
         share: of the individuals that flee [1].

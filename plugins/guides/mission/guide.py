@@ -452,7 +452,7 @@ class Mission:
 
 
 def _chosen(parts: Mapping[str, Any], name: str, word: str, robot: str) -> Any:
-    """The named part, the first one without a name, or None where there is none."""
+    """The named part, the first one without a name, or None if there is none."""
     if not name:
         return next(iter(parts.values()), None)
     refuse_unlisted(name, parts, f"guide.{word}={name}: robot '{robot}' has no such {word}")
@@ -494,7 +494,7 @@ def _stage(row: Any, where: str) -> Stage:
     word = str(values.pop("do", ""))
     if not word:
         raise ConfigError(
-            f"{where}={row} does not say what to do.\n"
+            f"{where}={row} names no action.\n"
             f"Write for instance {{do: rise, height: 1.0}}.  {suggestion('', KINDS)}"
         )
     refuse_unlisted(word, KINDS, f"{where}.do={word} is not a stage")

@@ -19,7 +19,7 @@ from seals.state_records import state_record
 
 
 class Outcome(enum.Enum):
-    """Transition of a stage: go on, next stage, or retry."""
+    """Transition of a stage: continue, next stage, or retry."""
 
     stay = "stay"
     onward = "onward"

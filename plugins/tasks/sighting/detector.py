@@ -73,7 +73,7 @@ class Detector(Protocol):
 
 
 class _DetectorParts:
-    """Detector that is told: the true place wherever enough pixels of the animal are drawn.
+    """Detector that receives the true position wherever enough pixels of the animal are drawn.
 
     It makes the labels of what is learned, and is the control that says what pictures cost.
 
@@ -291,7 +291,7 @@ def load_detector(name: str, *, animal: str, stance: float) -> Detector:
     if not all(bool(x.isfinite().all()) for x in tensors.values()):
         raise ConfigError(
             f"task.detector={name}: weights are not finite.\n"
-            "Take the folder as the training wrote it."
+            "Use the folder as written by the training."
         )
     try:
         network.load_state_dict(tensors)
@@ -299,6 +299,6 @@ def load_detector(name: str, *, animal: str, stance: float) -> Detector:
         words = " ".join(str(cause).split())
         raise ConfigError(
             f"task.detector={name}: weights of another network: {words[:300]}\n"
-            "Take the folder as the training wrote it."
+            "Use the folder as written by the training."
         ) from cause
     return DetectorNetwork(network, metadata, stance)

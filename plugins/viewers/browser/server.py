@@ -33,7 +33,7 @@ _HEADERS = {
     "X-Frame-Options": "DENY",
     "Cross-Origin-Resource-Policy": "same-origin",
 }
-_DEAF = "Open the address that seals view printed, with all that follows the port.\n"
+_DEAF = "Open the address that seals view printed, including everything after the port number.\n"
 
 
 @dataclass
@@ -55,7 +55,7 @@ class Door:
     open: set[Any] = field(default_factory=set)
 
     def refusal(self, path: str, host: str, origin: str | None) -> str:
-        """Return why a request is refused; empty where it is admitted.
+        """Return why a request is refused; empty if it is admitted.
 
         Args:
             path: what is asked for.
@@ -168,7 +168,7 @@ def open_server(host: str, port: int) -> Any:
         """The server, without the tunnel to a public address that a page could ask it for."""
 
         def request_share_url(self, verbose: bool = True) -> None:
-            """Share nothing: whom the page is open to is said by ``host``."""
+            """Share nothing: ``host`` determines who may open the page."""
 
     door = Door(host)
     # it greets in a table of its own
@@ -201,7 +201,7 @@ def _free(host: str, port: int) -> int:
         raise _no_address(host) from cause
     except PermissionError as cause:
         raise ConfigError(
-            f"port={port} cannot be listened on.\nAllowed: 1024 to 65535, or 0 for any"
+            f"port={port} cannot be listened on.\nAllowed: 1024 to 65535, or 0 for any free port"
         ) from cause
     except OSError as cause:
         if "address already in use" in str(cause).lower():
@@ -212,7 +212,7 @@ def _free(host: str, port: int) -> int:
 def _in_use(port: int) -> ConfigError:
     return ConfigError(
         f"port={port} is in use by another program.\n"
-        "Choose another one, or say port=0 for any that is free."
+        "Choose another one, or port=0 for any free port."
     )
 
 

@@ -133,7 +133,7 @@ Image = NDArray[np.float32]
 
 
 def denoiser() -> Any:
-    """Return pyoidn's ``denoise``, or None where it is not installed or cannot be loaded."""
+    """Return pyoidn's ``denoise``, or None if it is not installed or cannot be loaded."""
     try:
         from pyoidn import denoise
     except (ImportError, OSError):

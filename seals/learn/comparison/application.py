@@ -48,7 +48,7 @@ def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
     lines = {n: [r.curve(terms.value, over=terms.over) for r in runs] for n, runs in arms.items()}
     budget = terms.budget or min(line.x[-1] for every in lines.values() for line in every)
     reference = terms.reference or next(iter(arms))
-    refuse_unlisted(reference, arms, f"reference={reference} is no arm of this study")
+    refuse_unlisted(reference, arms, f"reference={reference} is not an arm of this study")
     terms = dataclasses.replace(terms, budget=float(budget), reference=reference)
     made = [_arm(name, arms[name], every, terms) for name, every in lines.items()]
     home = next(arm for arm in made if arm.name == reference)
@@ -68,16 +68,21 @@ def _remarks_on(
         short, longer = int((ends < terms.budget).sum()), int((ends > terms.budget).sum())
         unfinished = [run.name for run in arm.runs if run.state not in ("", "done")]
         if len(arm.runs) < 5:
-            out.append(f"{arm.name}: {len(arm.runs)} runs; with fewer than 5 no test shows much.")
+            out.append(
+                f"{arm.name}: {len(arm.runs)} runs; with fewer than 5 runs no test is conclusive."
+            )
         if unfinished:
             out.append(f"Not finished: {', '.join(unfinished)}.")
         if short:
             out.append(f"{arm.name}: {short} runs stopped early and keep their last value.")
         if longer:
-            out.append(f"{arm.name}: {longer} runs went on; what came later is left out.")
+            out.append(
+                f"{arm.name}: {longer} runs continued; their later evaluations are left out."
+            )
     if len(arms) > 2:
         out.append(
-            f"{len(arms) - 1} arms are held against {terms.reference}: the level of an interval is "
+            f"{len(arms) - 1} arms are compared with {terms.reference}: the level of an "
+            "interval is "
             "that of one comparison, not of all together."
         )
     spent = {arm.name: _updates(arm, terms) for arm in arms}

@@ -30,11 +30,12 @@ NUMBERS, PAGE, PICTURE = "comparison.json", "comparison.html", "comparison.png"
 _TONES = {"better": "good", "worse": "warn", "open": ""}
 _HOW = (
     "The line is the interquartile mean over runs: the lowest and the highest quarter are left "
-    "out. The band is its percentile interval from a bootstrap of whole runs. It holds point by "
-    "point, and with few runs it is somewhat too narrow. P(improvement) is the chance that a run "
+    "out. The band is its percentile interval from a bootstrap of whole runs. The band is "
+    "pointwise, "
+    "and with few runs it is somewhat too narrow. P(improvement) is the chance that a run "
     "of the arm scores higher than one of the reference (Mann and Whitney), with Newcombe's "
-    "interval; a claim is made where that lies on one side of one half. Runs, not episodes, are "
-    "what is counted."
+    "interval; a claim is made if this interval excludes one half. The sample consists of "
+    "runs, not of episodes."
 )
 
 
@@ -65,7 +66,7 @@ def _charts(study: Study) -> list[Chart]:
     ]
     clocks = {a.name: a.clock for a in study.arms if a.clock is not None}
     if len(clocks) == len(study.arms):
-        name = f"{terms.value} over time, each arm up to its fastest run"
+        name = f"{terms.value} over time, until the fastest run of each arm ends"
         out.append(_chart(study, clocks, name, "seconds of training"))
     return out
 
@@ -89,7 +90,7 @@ def _sections(study: Study) -> list[Section]:
     """Return the sections of the page."""
     found = [
         Section(
-            title="What the intervals allow to say",
+            title="Conclusions from the intervals",
             blocks=[
                 *(
                     Paragraph(text=text, tone=_TONES[duel.verdict])

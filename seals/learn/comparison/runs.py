@@ -150,7 +150,7 @@ def read_table(path: Path) -> dict[str, Floats]:
         path: of a CSV file.
 
     Raises:
-        LogError: it is missing, too large, empty, or holds something else than numbers.
+        LogError: it is missing, too large, empty, or contains values that are not numbers.
     """
     if not path.is_file():
         raise LogError(f"{path} is missing.\nGive the folder of a run.")
@@ -165,7 +165,7 @@ def read_table(path: Path) -> dict[str, Floats]:
     if len(rows) < 2 or len(set(rows[0])) != len(rows[0]):
         raise LogError(
             f"{path} holds {max(len(rows) - 1, 0)} rows.\n"
-            "Allowed: a head of different names, and at least one row"
+            "Allowed: a header with different names, and at least one row"
         )
     head, body = rows[0], rows[1:]
     for number, row in enumerate(body, start=2):

@@ -79,7 +79,7 @@ def _recorded(config: Any) -> tuple[Demonstrations, int]:
     if len(kept) < wanted:
         raise ConfigError(
             f"only {len(kept)} of {tried} episodes succeeded, and {wanted} are requested.\n"
-            "Say keep=all, ask for fewer, or take a better policy."
+            "Give keep=all, request fewer, or use a better policy."
         )
     task = environment.task
     origin = Origin(
@@ -136,7 +136,7 @@ def _before(config: Any) -> Demonstrations | None:
     if found.origin.config_hash != world_hash(config):
         raise ConfigError(
             f"after={config.after}: they were recorded in another world.\n"
-            "Record both with the same words, or leave after= out."
+            "Record both with the same arguments, or leave after= out."
         )
     return found
 

@@ -108,8 +108,8 @@ class Origin:
         config_hash: of its configuration, as `seals.learn.metadata.config_hash` makes it.
         who: a person or a program.
         by: the program's or the session's name.
-        observation: names of the observation's columns; empty where they have none.
-        action: names of the action's columns; empty where they have none.
+        observation: names of the observation's columns; empty if they have none.
+        action: names of the action's columns; empty if they have none.
         rate: decisions a second [Hz].
         config: the configuration itself, plain values.
         tried: episodes that were tried for those that were kept; 0 where nobody counted.
@@ -150,7 +150,8 @@ class Demonstrations:
         }
         if len(sizes) > 1:
             raise LogError(
-                f"episodes of different sizes cannot lie together: {sorted(map(str, sizes))}.\n"
+                "episodes of different sizes cannot be stored together: "
+                f"{sorted(map(str, sizes))}.\n"
                 "Record them in one environment."
             )
         both = (self.origin.observation, self.origin.action)
@@ -158,7 +159,7 @@ class Demonstrations:
             if names and len(names) != size:
                 raise LogError(
                     f"{len(names)} names stand for {size} columns: {', '.join(names[:8])}.\n"
-                    "Give one name a column, or none."
+                    "Give one name for each column, or none."
                 )
 
     @property

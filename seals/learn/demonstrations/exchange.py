@@ -93,7 +93,8 @@ def write_minari(demonstrations: Demonstrations, name: str) -> Path:
     """
     if not _ID.fullmatch(name):
         raise ConfigError(
-            f"minari={name} is not a data set's id.\nAllowed: words and a version: seals/reach-v0"
+            f"minari={name} is not the id of a data set.\nAllowed: words and a version: "
+            "seals/reach-v0"
         )
     try:
         minari = importlib.import_module("minari")

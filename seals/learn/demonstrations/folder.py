@@ -153,8 +153,9 @@ def _read_memory_mapped(folder: Path, steps: list[int], wanted: Layout) -> dict[
         now = _numbers(folder / f"{name}{SUFFIX}", rows, kind)
         if not np.array_equal(now[1:][inner[1:]], following[:-1][inner[1:]]):
             raise LogError(
-                f"{folder}: what a step ends with is not what the next begins with, in '{name}'.\n"
-                "Steps were lost or mixed: record it again."
+                f"{folder}: the end of a step differs from the beginning of the next, in "
+                f"'{name}'.\n"
+                "Steps were lost or mixed: record the demonstrations again."
             )
         out[name] = np.insert(now, ends, following[ends - 1], axis=0)
     return out

@@ -14,24 +14,24 @@ class RecordSettings(LearnSettings):
     """Settings of a recording: an environment, and the policy to record.
 
     Args:
-        policy: a folder that training wrote, ``scripted``, or a script of keys (YAML or CSV).
+        policy: folder of a trained policy, ``scripted``, or a script of keys (YAML or CSV).
         episodes: number of episodes to keep.
-        first: seed of the first start; the others follow. Below those that judge a policy.
+        first: seed of the first start; the others follow. Below the seeds of evaluations.
         noise: standard deviation of noise added to the actions, for demonstrations that
-            also show how to come back [1].
-        labels: policy whose actions are recorded in place of those performed, for behaviour
-            cloning: with ``labels=scripted`` the expert says at every step of ``policy`` what it
-            would do there.
-        after: folder of demonstrations of the same world, which come first in what is written.
+            also show recoveries [1].
+        labels: policy whose actions are recorded instead of the executed ones, for behaviour
+            cloning: with ``labels=scripted`` the action of the expert is recorded at every step of
+            ``policy``.
+        after: folder of demonstrations of the same world, which are written first.
         keep: episodes to keep: ``successes`` or ``all``.
         who: source of the decisions: ``scripted`` or ``human``, also where the policy
             is a script of keys.
-        most: episodes to try at most, as a multiple of those to keep.
-        device: where networks and twins compute: ``cpu`` or ``cuda``.
-        hdf5: file for the exchange with other programs, beside the folder.
+        most: maximum number of episodes to try, as a multiple of those to keep.
+        device: device of networks and twins: ``cpu`` or ``cuda``.
+        hdf5: HDF5 file for other programs, in addition to the folder.
         minari: id of a Minari data set to write as well (needs the package
             minari), as ``seals/reach/scripted-v0``.
-        out: folder of the demonstrations, or None for one in the run's folder.
+        out: folder of the demonstrations, or None for a folder in the run's folder.
     """
 
     name: str = "record"

@@ -121,7 +121,7 @@ class Environments:
         return self._observation(self._perceive(self._scene.now, None))
 
     def begin_anew(self, rows: Any) -> Any:
-        """Begin the episodes of some rows anew, bool (N,); return all observations."""
+        """Restart the episodes of the selected rows, bool (N,); return all observations."""
         if self._scene is None:
             self.reset()
         mask = as_like(np.asarray(rows, dtype=float), self.simulator.like) > 0.5
@@ -370,9 +370,9 @@ class Environments:
         odd = ~xp.isfinite(xp.reshape(values, (self.count, -1)))
         if bool(odd.any()):
             k = int(np.flatnonzero(np.asarray(odd).any(axis=1))[0])
-            advice = f"Let the task return a finite {what}: seals.check_task(NAME) tries it."
+            advice = f"Make the task return a finite {what}: seals.check_task(NAME) tests it."
             if what == "action":
-                advice = "Look into the policy: its network has diverged, or was given odd numbers."
+                advice = "Check the policy: its network has diverged, or its inputs are invalid."
             where = f"({type(self.task).__name__})"
             refuse_not_finite([f"the {what} of environment {k}"], where, advice)
 

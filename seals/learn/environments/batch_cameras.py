@@ -70,15 +70,16 @@ class BatchCameras:
             if lens != first:
                 raise ConfigError(
                     f"sensors.{name} has another lens than other cameras: {lens} and {first}.\n"
-                    "A learner's picture holds all of them: give equal width, height, fov, near, "
+                    "The picture of a learner combines all cameras: give equal width, height, "
+                    "fov, near, "
                     "far."
                 )
         self.lens = first
         if not hasattr(settings.viewer, "device"):
             raise ConfigError(
-                f"viewer '{type(settings.viewer).__name__}' draws one world at a time; twins are "
-                "many.\n"
-                "Say viewer=raycast"
+                f"viewer '{type(settings.viewer).__name__}' renders only one world at a time, but "
+                "there are many twins.\n"
+                "Use viewer=raycast"
             )
         self._device, self._renderer = device, replace(settings.viewer, device=device)
         dry = settings.environment.water_level is None

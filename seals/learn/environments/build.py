@@ -38,7 +38,8 @@ def build_learning(config: Any) -> tuple[RunSettings, Any]:
     settings = build_run(config)
     if not hasattr(settings.guide, "tell"):
         raise ConfigError(
-            "an environment of learning needs a guide that takes orders.\nSay guide=commanded"
+            "a learning environment needs a guide that accepts external references.\nSay "
+            "guide=commanded"
         )
     task = build(config.task, where="task")
     task.bind(build_robot(settings.robot))

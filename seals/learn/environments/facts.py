@@ -75,7 +75,7 @@ class Facts:
             if not there:
                 raise ConfigError(
                     f"the task asks for '{name}', which needs {what}; robot '{robot.name}' in this "
-                    "world is without.\nGive it, or choose another task."
+                    "world lacks it.\nAdd it, or choose another task."
                 )
         self._power = self._slip = 0.0
         self._steps = 0

@@ -166,7 +166,8 @@ def _object_of(config: Any, env: str) -> str:
     settings, task = build_learning(config)
     if hasattr(settings.backend, "interval") or not task.object:
         raise ConfigError(
-            f"env={env} has no second agent: its task is about no object, or nothing touches there."
+            f"env={env} has no second agent: its task has no object, or its backend has no "
+            "contacts."
             f"\nChoose env=catch.  {suggestion('', registry.names('task'), label='Tasks')}"
         )
     return str(task.object)

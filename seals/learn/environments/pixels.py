@@ -49,7 +49,7 @@ class PixelEnvironments(Environments):
         return {"state": state, "pixels": self._film}
 
     def begin_anew(self, rows: Any) -> Any:
-        """Begin the episodes of some rows anew, bool (N,); return all observations."""
+        """Restart the episodes of the selected rows, bool (N,); return all observations."""
         import torch
 
         state = super().begin_anew(rows)

@@ -105,9 +105,10 @@ def posterior_of(
         made = str((model.get("provenance") or {}).get("diagnosis_sha256"))
         if made != hashlib.sha256(finding.file.read_bytes()).hexdigest():
             raise ConfigError(
-                f"{KEY}={finding.file.parent}: model={model.get('name')} was made of another "
+                f"{KEY}={finding.file.parent}: model={model.get('name')} was made from another "
                 "diagnosis.\n"
-                "Make one of this: seals add diagnosis=FOLDER name=NAME, or leave model= out."
+                "Make one from this diagnosis: seals add diagnosis=FOLDER name=NAME, or leave "
+                "model= out."
             )
     found = {key: (name, one) for name, key, one in _data_sheet_estimates(finding, effects)}
     for k, entry in enumerate(finding.effects):
@@ -168,9 +169,9 @@ def _effect_estimates(
     if len(alike) > 1 or elsewhere:
         where = f"it found {kind} on link {entry.link}" if elsewhere else f"it found {kind}"
         raise ConfigError(
-            f"{KEY}={finding.file.parent}: {where}, and which one of the environment that is "
-            f"cannot be distinguished: {', '.join(alike)}.\n"
-            "Take the model that seals add writes from it: +model=NAME"
+            f"{KEY}={finding.file.parent}: {where}, and the matching effect of the environment "
+            f"is ambiguous: {', '.join(alike)}.\n"
+            "Use the model that seals add writes from it: +model=NAME"
         )
     for field, given in parameters.items():
         if field in _PLACES:

@@ -48,7 +48,7 @@ class BatchSimulator(ABC):
         Args:
             draw: starts and goals of N episodes.
             rows: which of them begin, bool (N,); None for all.
-            seeds: of the episodes that begin; None where they have none.
+            seeds: of the episodes that begin; None if they have none.
         """
 
     @abstractmethod
@@ -63,7 +63,7 @@ class BatchSimulator(ABC):
 
     @abstractmethod
     def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case.
+        """Return the present facts.
 
         Args:
             robots: their state.
@@ -81,7 +81,7 @@ class BatchSimulator(ABC):
         return None
 
     def perceive(self, now: Instant, rows: Array | None) -> Instant:
-        """Return the state as policies are told it; called once after each step and start.
+        """Return the state that policies receive; called once after each step and start.
 
         Args:
             now: of all environments.

@@ -87,7 +87,7 @@ class BatchVecEnv(VecEnv):
         self.batch.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the batch, once for every environment asked for."""
+        """Return an attribute of the batch, once for every requested environment."""
         return [getattr(self.batch, attr_name)] * len(self._rows(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -97,7 +97,7 @@ class BatchVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any
     ) -> list[Any]:
-        """Call a method of the batch once, and return its result for every one asked for."""
+        """Call a method of the batch once; return its result for every requested environment."""
         found = getattr(self.batch, method_name)(*method_args, **method_kwargs)
         return [found] * len(self._rows(indices))
 

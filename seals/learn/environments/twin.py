@@ -98,8 +98,8 @@ class TwinSimulator(BatchSimulator):
         """Build the batch."""
         if isinstance(task, WorldTask):
             raise ConfigError(
-                f"backend=twin flies robots with their joints held; {type(task).__name__} moves "
-                "joints and touches things.\nSay backend=pybullet or backend=mujoco"
+                f"backend=twin simulates robots with held joints; {type(task).__name__} moves "
+                "joints and needs contacts.\nUse backend=pybullet or backend=mujoco"
             )
         for key, there in (
             ("fluid", settings.fluid is not None),
@@ -107,8 +107,8 @@ class TwinSimulator(BatchSimulator):
         ):
             if there:
                 raise ConfigError(
-                    f"backend=twin knows no {key}: nothing touches anything there.\n"
-                    "Say backend=pybullet or backend=mujoco, or leave it out."
+                    f"backend=twin has no option {key}, because it has no contacts.\n"
+                    "Use backend=pybullet or backend=mujoco, or leave it out."
                 )
         self.robot, effects = build_model(settings)
         backend: Any = settings.backend
@@ -194,7 +194,7 @@ class TwinSimulator(BatchSimulator):
         return self.twin.merged(fresh, robots, ended)
 
     def instant(self, robots: Flight, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         if self.machine is None:
             return self._look(robots, goal, action, start)
         found: Instant = self.machine[1](self._look, picked, robots, goal, action, start)

@@ -51,7 +51,7 @@ class WarpWorlds(BatchSimulator):
         walk: lets the gaits command the servos for their next period.
 
     Raises:
-        ConfigError: the run holds what a batch of worlds has not.
+        ConfigError: the run holds what which a batch of worlds does not support.
     """
 
     memory: Any
@@ -183,8 +183,11 @@ class WalkingWorlds(WarpWorlds):
             (objects, "objects"),
             (bool(settings.sensors), "sensors"),
             (sense != "truth", f"controller.sense={sense}"),
-            (not gait, "a controller that is no gait"),
-            (not hasattr(task, "steer"), f"task {type(task).__name__}, which steers no gait"),
+            (not gait, "a controller that is not a gait"),
+            (
+                not hasattr(task, "steer"),
+                f"task {type(task).__name__}, which does not command a gait",
+            ),
             (bool(strange), f"a task that asks for {', '.join(strange)}"),
             (tuple(tool_of(robot)) != (0,), "a robot with hands"),
         )
@@ -243,7 +246,7 @@ class WalkingWorlds(WarpWorlds):
         self._forget(rows, self._gait.start())
 
     def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         import torch
 
         robot, span = self.worlds.first, self.physics_steps * self.step
@@ -303,7 +306,7 @@ class DivingWorlds(WarpWorlds):
             (bool(others), f"further objects: {', '.join(others)}"),
             (any(map(sees, settings.sensors.values())), "cameras"),
             (sense != "truth", f"controller.sense={sense}"),
-            (tilted, "an animal that starts tilted or moving"),
+            (tilted, "an animal with an initial tilt or velocity"),
             (backend.slope > 0.0, "a slope"),
             (bool(strange), f"a task that asks for {', '.join(strange)}"),
         )
@@ -330,7 +333,7 @@ class DivingWorlds(WarpWorlds):
         guide = chosen("guide", self._thing.guide, parts, where=where)
         if not hasattr(guide, "over_batch"):
             raise ConfigError(
-                f"{where}.guide: {type(guide).__name__} has no form over a batch of animals.\n"
+                f"{where}.guide: {type(guide).__name__} has no batched form for animals.\n"
                 "Allowed: freeze, wander, flee, shy"
             )
         self._behaviour = guide.over_batch()
@@ -434,7 +437,7 @@ class DivingWorlds(WarpWorlds):
         self._forget(rows, self._fresh(there))
 
     def instant(self, robots: Any, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case."""
+        """Return the present facts."""
         self._look()
         position, rotation, velocity, spin = self._diver.base()
         target, _, drift, _ = self._prey.base()
@@ -468,6 +471,7 @@ def _refuse(*reasons: tuple[bool, str]) -> None:
     for wrong, what in reasons:
         if wrong:
             raise ConfigError(
-                f"backend=mujoco_warp on a GPU: the run has {what}; a batch of worlds has not.\n"
-                "Say backend=mujoco, or device=cpu, or leave it out."
+                f"backend=mujoco_warp on a GPU: the run has {what}, which a batch of worlds does "
+                "not support.\n"
+                "Use backend=mujoco, or device=cpu, or leave it out."
             )

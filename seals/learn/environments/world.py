@@ -32,7 +32,7 @@ class FullWorld:
         episodes: that are expected, so that laws are compiled where that pays.
 
     Attributes:
-        watcher: turns pictures into what policies are told; None where they are told the truth.
+        watcher: turns pictures into what policies are told; None if they are told the truth.
 
     Raises:
         ConfigError: the control rate is above that of the world's steps, or the task's object is
@@ -159,7 +159,7 @@ class FullWorld:
         return Reference(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
 
     def instant(self, action: Floats, start: Floats) -> Instant:
-        """Return what is the case, arrays of one row."""
+        """Return the present facts, arrays of one row."""
         kinematics, moving = self.actor.look()
         origins, turns = kinematics.origins, kinematics.rotations
         now, wet = np.array([[self.world.time]]), self.actor.submersion()
@@ -234,7 +234,7 @@ class WorldsInTurn(BatchSimulator):
         return np.array(failed)
 
     def instant(self, robots: Array, goal: Array, action: Array, start: Array) -> Instant:
-        """Return what is the case; of a world that failed, what was before."""
+        """Return the present facts; for a world that failed, the previous ones."""
         for k, world in enumerate(self.worlds):
             if not robots[k]:
                 self._now[k] = world.instant(action[k : k + 1], start[k : k + 1])
@@ -265,7 +265,7 @@ class WorldsInTurn(BatchSimulator):
         Raises:
             NotImplementedError: always.
         """
-        raise NotImplementedError("worlds of a rigid-body engine are not kept as plain data")
+        raise NotImplementedError("worlds of a rigid-body engine cannot be stored as plain data")
 
     def restore(self, kept: Mapping[str, Any], robots: Any) -> Any:
         """Refuse, see `snapshot`.

@@ -38,7 +38,7 @@ class Variant:
         scale: factors on numbers, by shell patterns of their full keys such as
             ``effects.*drag*.coefficient_*``; each pattern must meet a number that is not zero.
         episodes: number of starts; 0 for that of the evaluation.
-        count: environments that step at once; 0 for that of the evaluation.
+        count: number of parallel environments; 0 for that of the evaluation.
     """
 
     overrides: list[str] = field(default_factory=list)
@@ -88,7 +88,7 @@ def _scale(config: Any, pattern: str, factor: float, where: str) -> None:
             touched += 1
     if not touched:
         near = suggestion(pattern, keys, label="Numbers there", most=8)
-        raise ConfigError(f"{where}.scale: '{pattern}' meets no number but zero.\n{near}")
+        raise ConfigError(f"{where}.scale: '{pattern}' matches no number except zero.\n{near}")
 
 
 def _numbers(node: Any, prefix: str = "") -> Iterator[tuple[str, float]]:
@@ -128,7 +128,7 @@ class _Trial:
         world: name of the variant, empty for the configuration's own.
         config: of the world.
         episodes: number of starts.
-        count: environments that step at once.
+        count: number of parallel environments.
         device: where networks and twins compute.
     """
 
@@ -215,7 +215,7 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     if config.episodes < 1 or config.count < 0:
         raise ConfigError(
             f"episodes={config.episodes}, count={config.count} is not allowed.\n"
-            "Allowed: episodes=1 or more, count=0 or more; count=0 chooses by the backend."
+            "Allowed: episodes=1 or more, count=0 or more; with count=0 the backend determines it."
         )
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))
@@ -281,4 +281,6 @@ def _world_mismatch(config: Any) -> str:
     trained = read_policy_metadata(place).get("world_hash") if (place / CARD).is_file() else None
     if trained in (None, world_hash(config)):
         return ""
-    return "This is not the world of its training: what is lost here is the gap between both."
+    return (
+        "This is not the world of its training: the loss of success shows the gap between the two."
+    )

@@ -81,19 +81,20 @@ def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:
         share = other.share()
         who = _label(other) if not other.world else f"the same in the world '{other.world}'"
         if own.low > share.high:
-            out.append(f"{_label(first)} succeeds more often than {who}: the intervals are apart.")
+            out.append(f"{_label(first)} succeeds more often than {who}: the intervals do not overlap.")
         elif own.high < share.low:
-            out.append(f"{_label(first)} succeeds less often than {who}: the intervals are apart.")
+            out.append(f"{_label(first)} succeeds less often than {who}: the intervals do not overlap.")
         else:
-            out.append(f"{_label(first)} and {who}: no difference is shown, the intervals meet.")
+            out.append(f"{_label(first)} and {who}: no difference is shown, the intervals overlap.")
     return out
 
 
 NUMBERS, EPISODES, PAGE = "evaluation.json", "episodes.csv", "evaluation.html"
 _HOW = (
-    "Every policy starts from the same places, which no training has seen, and acts without "
-    "chance. Shares carry Wilson's 95% interval: it tells how well this policy is known, not how "
-    "well its learner does. For learners, compare training runs: seals evaluate --compare."
+    "All policies start from the same held-out states and act "
+    "deterministically. Shares have 95% Wilson intervals: these state how precisely this policy "
+    "is known, not "
+    "how good its learner is. For learners, compare training runs: seals evaluate --compare."
 )
 
 

@@ -72,7 +72,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
     """Return a policy by its name, or from its folder.
 
     Args:
-        name: ``scripted``, ``random``, ``still``, a folder that training wrote, ``ROBOT/POLICY``
+        name: ``scripted``, ``random``, ``still``, folder of a trained policy, ``ROBOT/POLICY``
             of one that is shipped, or a script of keys (YAML or CSV).
         environment: in which it shall act.
         device: where its network computes.
@@ -105,7 +105,7 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
         raise ConfigError(
             f"{key}={name} takes {given[0]} observations and returns {given[1]} actions; this "
             f"environment has {wanted[0]} and {wanted[1]}.\n"
-            "Use the environment it was trained in; card.json of the policy names it."
+            "Use the environment of its training; card.json of the policy names it."
         )
     return found
 

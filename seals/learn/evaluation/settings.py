@@ -16,11 +16,11 @@ class EvaluateSettings(LearnSettings):
 
     Args:
         policy: folder of a policy, or ``scripted``, ``random``, ``still``.
-        beside: policies that are evaluated on the same starts.
-        episodes: number of starts, from those that no training has seen.
-        count: environments that step at once; 0 chooses by the backend.
-        device: where networks and twins compute: ``cpu`` or ``cuda``.
-        grid: further worlds, by name, in which the policy is evaluated; see
+        beside: policies to evaluate on the same starts.
+        episodes: number of held-out starts.
+        count: number of parallel environments; 0 depends on the backend.
+        device: device of networks and twins: ``cpu`` or ``cuda``.
+        grid: further worlds, by name, in which to evaluate the policy; see
             `seals.learn.evaluation.application`.
         film: whether to save a film of the policy's first episode beside the results, drawn by
             ``viewer``.

@@ -41,8 +41,8 @@ class Curve:
         if not (np.diff(self.x) > 0.0).all():
             place = int(np.argmin(np.diff(self.x))) + 1
             raise SealsError(
-                f"a curve goes back at point {place}: x is {self.x[place - 1]:g}, "
-                f"then {self.x[place]:g}.\nOne run writes rising steps: were two files joined?"
+                f"a curve is not increasing at point {place}: x is {self.x[place - 1]:g}, "
+                f"then {self.x[place]:g}.\nThe steps of one run increase: were two files joined?"
             )
 
 
@@ -96,7 +96,7 @@ def last_mean(line: Curve, *, budget: float, share: float = LAST) -> float:
     chosen = (line.x >= first) & (line.x <= budget)
     if not chosen.any():
         raise SealsError(
-            f"no evaluation lies in the last {share:.0%} of {budget:g}.\nEvaluate more often."
+            f"there is no evaluation in the last {share:.0%} of {budget:g}.\nEvaluate more often."
         )
     return float(line.y[chosen].mean())
 

@@ -104,7 +104,7 @@ def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Inte
     x, y = checked_scores(better), checked_scores(worse)
     if len(x) != len(y):
         raise SealsError(
-            f"{len(x)} and {len(y)} runs make no pairs.\nGive both arms the same seeds."
+            f"{len(x)} and {len(y)} runs cannot be paired.\nGive both arms the same seeds."
         )
     # a tie says nothing on either side, as in the sign test
     apart = int(np.count_nonzero(x != y))

@@ -50,7 +50,7 @@ def normal_quantile(level: float) -> float:
         1.959964
     """
     if not 0.0 < level < 1.0:
-        raise SealsError(f"level={level} is no level of an interval.\nAllowed: 0 to 1, as 0.95")
+        raise SealsError(f"level={level} is not a level of an interval.\nAllowed: 0 to 1, as 0.95")
     return NormalDist().inv_cdf(0.5 + 0.5 * level)
 
 
@@ -101,6 +101,6 @@ def checked_scores(values: ArrayLike) -> Floats:
         )
     if not np.isfinite(scores).all():
         raise SealsError(
-            f"a score is not finite: {scores.tolist()}.\nLook into the run that made it."
+            f"a score is not finite: {scores.tolist()}.\nCheck the run that produced it."
         )
     return scores

@@ -74,8 +74,8 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
     if not {"interval", "touching"} & set(config.backend):
         said = f"varied={share:g}" if diagnosis is None else f"varied_from={diagnosis}"
         raise ConfigError(
-            f"{said}: only twins differ from one another, and batches of worlds.\n"
-            "Say backend=twin, or leave varied and varied_from out"
+            f"{said}: only twins and batches of worlds can differ from each other.\n"
+            "Use backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
     from seals.learn.environments.domain_randomisation import drawn_parameters
@@ -107,8 +107,8 @@ def _agent_of(config: Any, environment: Any) -> tuple[Agent, list[str]]:
     if agent.wants == "must" and config.demonstrations is None:
         raise ConfigError(
             "this learner needs demonstrations, and none are given.\n"
-            "Record some with seals record and give demonstrations=FOLDER; learners that can "
-            "do without take learner.demonstrations=none"
+            "Record some with seals record and give demonstrations=FOLDER; learners that do not "
+            "require them accept learner.demonstrations=none"
         )
     if agent.wants == "no" and config.demonstrations is not None:
         raise ConfigError(
@@ -144,7 +144,7 @@ def _read_demonstrations(config: Any, environment: Any) -> tuple[dict[str, Any],
     if environment.pixels is not None:
         if "pixels" not in columns:
             raise ConfigError(
-                f"demonstrations={config.demonstrations}: they hold no pictures.\n"
+                f"demonstrations={config.demonstrations}: they contain no pictures.\n"
                 "Record them in this environment."
             )
         for name, pixels in (("observation", "pixels"), ("next_observation", "next_pixels")):
@@ -178,7 +178,7 @@ def execute(config: Any) -> int:
         outcome = _train_into(folder, config, overrides=overrides, resume=resume)
     except KeyboardInterrupt:
         if (folder / FILE).exists():
-            print(f"To go on: seals train {typed('resume', str(folder))}", file=sys.stderr)
+            print(f"To continue: seals train {typed('resume', str(folder))}", file=sys.stderr)
         raise
     ended = "good enough early" if outcome.early else "done"
     success = "" if outcome.success is None else f", success {outcome.success:.0%}"

@@ -78,7 +78,7 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
         state: nested mappings and lists of tensors, numbers, text and None.
 
     Raises:
-        ConfigError: a part of the state cannot be kept on disk.
+        ConfigError: a part of the state cannot be saved.
         DiskFull: there is no room; the earlier one stands.
     """
     try:
@@ -86,7 +86,7 @@ def write_checkpoint(folder: Path, state: dict[str, Any]) -> None:
             write_state(beside, KIND, stored(state))
     except TypeError as cause:
         raise ConfigError(
-            f"the state of this training cannot be kept on disk: {cause}.\n"
+            f"the state of this training cannot be saved: {cause}.\n"
             "Train without checkpoints: course.checkpoint=0"
         ) from cause
 
@@ -101,7 +101,7 @@ def read_checkpoint(folder: Path, *, device: str) -> dict[str, Any]:
     if not has_checkpoint(folder):
         raise ConfigError(
             f"resume={folder}: there is no {FILE} in this folder.\n"
-            "A training that was completed keeps none; start again without resume."
+            "A completed training has no checkpoint; start again without resume."
         )
     try:
         state = read_state(

@@ -85,12 +85,12 @@ def _kept(path: Path, keep: int) -> list[dict[str, str]]:
     except (OSError, csv.Error, ValueError, KeyError, LogError) as cause:
         raise _damaged(path, str(cause)) from cause
     if len(whole) < keep:
-        raise _damaged(path, f"{len(whole)} of {keep} rows are whole")
+        raise _damaged(path, f"{len(whole)} of {keep} rows are complete")
     return whole
 
 
 def _damaged(path: Path, why: str) -> ConfigError:
-    return ConfigError(f"{path} is damaged: {why}.\nRestore it, or begin the training anew.")
+    return ConfigError(f"{path} is damaged: {why}.\nRestore it, or start a new training.")
 
 
 def _cell(value: Any) -> str:
@@ -263,9 +263,9 @@ class Training:
         odd = [name for name, value in figures.items() if not math.isfinite(value)]
         running = self._statistics.returns
         if not bool(running.isfinite().all()):
-            odd.append("return of an episode under way")
+            odd.append("return of an unfinished episode")
         advice = (
-            "The training stops. Lower the learning rate, or let the task return finite rewards."
+            "The training stops. Lower the learning rate, or make the task return finite rewards."
         )
         refuse_not_finite(odd, f"by step {self.step}", advice)
         self._table("training", (*TRAINED, *self.agent.reports)).append(figures)
@@ -412,7 +412,7 @@ class Training:
                 [self.seed + self.step] * self.environment.count
             )
             self._statistics.fresh_episodes()
-            remarks.append("this engine keeps no state: the episodes under way begin anew")
+            remarks.append("this engine stores no state: unfinished episodes are restarted")
         return remarks
 
 

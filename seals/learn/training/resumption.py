@@ -66,7 +66,7 @@ def take_up(training: Training, *, device: str) -> list[str]:
         ) from cause
     if not alike_in_all((training.step, training.updates)):
         raise ConfigError(
-            f"resume={folder}: its processes were cut off at different steps, this one at "
+            f"resume={folder}: its processes were interrupted at different steps, this one at "
             f"{training.step}.\nStart it again, in folders of their own."
         )
     return remarks

@@ -15,7 +15,7 @@ class TrainingSchedule:
     """Schedule of a training, ``course`` in a configuration.
 
     Args:
-        steps: control steps in all; one step of N environments is N of them.
+        steps: total number of control steps; one step of N environments is N of them.
         look_every: control steps between two evaluations.
         episodes: number of episodes of an evaluation.
         log_every: control steps between two rows of ``training.csv``.
@@ -23,7 +23,7 @@ class TrainingSchedule:
         in_a_row: successive evaluations that must reach ``stop_at``.
         checkpoint: wall time between two checkpoints; 0 for none [s].
         keep: whether to keep the policy of every evaluation, as ``policy_STEP``.
-        best: whether to keep the best policy in place of the last one: that of the evaluation with
+        best: whether to keep the best policy instead of the last one: that of the evaluation with
             the most successes, among equals with the greatest return.
     """
 

@@ -65,7 +65,7 @@ def score(
 
 
 def rounds_of(seeds: Sequence[int], count: int) -> Iterator[tuple[list[int], int]]:
-    """Yield seeds for all of so many environments, and how many of them were asked for.
+    """Yield seeds for all of so many environments, and how many of them were requested.
 
     The last round may be short: its spare environments repeat a start and do not count.
 

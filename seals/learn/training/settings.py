@@ -21,23 +21,23 @@ class TrainSettings(LearnSettings):
 
     Args:
         learner: plug-in that learns.
-        course: how long, and what is written on the way.
-        count: environments that step at once.
+        course: length of the training, evaluations and checkpoints.
+        count: number of parallel environments.
         judges: parallel environments of an evaluation; 0 for one per episode in the batch dynamics,
             one in a rigid-body engine.
-        device: where networks, memory and twins are: ``cpu`` or ``cuda``.
-        threads: threads of the processor that torch uses.
-        demonstrations: folder that ``seals record`` wrote, for a learner that wants them.
-        shown: number of its episodes that are used, from the first on; 0 for all.
-        shuffled: whether to shuffle their actions among all steps, as a negative control.
-        varied: spread of the parameters among the environments of the training, in standard
+        device: device of networks, memory and twins: ``cpu`` or ``cuda``.
+        threads: number of processor threads for torch.
+        demonstrations: folder written by ``seals record``, for a learner that uses it.
+        shown: number of demonstrated episodes to use, beginning with the first; 0 for all.
+        shuffled: whether to shuffle the demonstrated actions over all steps, as a negative control.
+        varied: spread of the parameters over the training environments, in standard
             deviations of their tolerances, drawn for each environment; batch dynamics only.
-            Evaluations keep to what is configured [1].
-        varied_from: folder that ``seals diagnose`` wrote: what it estimated is drawn from its
-            posterior, all else from the tolerances by ``varied``; twins only.
+            Evaluations use the configured values [1].
+        varied_from: folder written by ``seals diagnose``: estimated parameters are drawn from its
+            posterior, all others from the tolerances by ``varied``; twins only.
         film: whether to save a film of the trained policy beside it, one episode from a start of
             the evaluations, drawn by ``viewer``.
-        track: ``tensorboard``, ``mlflow`` or ``wandb`` to write the figures there, too.
+        track: tracker that also receives the figures: ``tensorboard``, ``mlflow`` or ``wandb``.
     """
 
     name: str = "train"

@@ -96,6 +96,6 @@ def tracker_of(name: str | None, folder: Path, facts: Mapping[str, Any]) -> Trac
     kind, extra = _KINDS[name]
     with optional_import(
         f"track={name} needs a package",
-        f"Install it: pip install 'aam-seals[{extra}]'; the CSV files say the same without it.",
+        f"Install it: pip install 'aam-seals[{extra}]'; the CSV files contain the same data.",
     ):
         return Tracker(*kind(folder, facts))

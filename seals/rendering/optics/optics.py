@@ -157,7 +157,8 @@ class Optics:
             if len(values) not in (0, 3):
                 raise ConfigError(
                     f"optics.{name}={values} has {len(values)} numbers.\n"
-                    "Allowed: three, for red, green and blue, or none for the water type's own."
+                    "Allowed: three numbers for red, green and blue, or none for those of the "
+                    "water type."
                 )
 
     @cached_property

@@ -152,7 +152,7 @@ class Medium(NamedTuple):
         return lit / rate * (1.0 - xp.exp(-rate * length[None]))
 
     def far_veil(self, depth: Array, rise: Array) -> Array:
-        """Return the veil B_inf of an infinitely long ray that does not lead up.
+        """Return the veil B_inf of an infinitely long ray that does not point upwards.
 
         Args:
             depth: where it begins [m], shape (N or 1, H or 1, W or 1).

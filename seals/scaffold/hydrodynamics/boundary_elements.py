@@ -93,7 +93,7 @@ def radiation_of(
 
     Raises:
         MissingExtra: capytaine is not installed.
-        ConfigError: nothing of the hull is under water.
+        ConfigError: no part of the hull is under water.
 
     Assumptions: linear waves of small slope; irregular frequencies are removed by a lid.
     """
@@ -135,7 +135,7 @@ def wave_frequencies(panels: Panels, level: float, count: int, *, gravity: float
     """
     wet = panels.corners[panels.corners[:, :, 2].min(axis=1) < level].reshape(-1, 3)
     if not len(wet):
-        raise ConfigError("nothing of the hull is under water.\nGive a level above its bottom.")
+        raise ConfigError("no part of the hull is under water.\nGive a level above its bottom.")
     # of the rectangle around the part under water
     half = 0.5 * np.sort(np.ptp(wet[:, :2], axis=0))
     edge = math.sqrt(2.0 * panels.area / len(panels.faces))
@@ -162,7 +162,7 @@ def _library() -> Iterator[Any]:
     except ImportError as cause:
         raise MissingExtra(
             "boundary elements need capytaine, which is not installed.\n"
-            "Install it: pip install 'aam-seals[hydro]'; or take method=ellipsoid"
+            "Install it: pip install 'aam-seals[hydro]'; or use method=ellipsoid"
         ) from cause
     log = logging.getLogger("capytaine")
     before = log.level
@@ -185,7 +185,7 @@ def _body(library: Any, panels: Panels, *, lid: float | None) -> Any:
         return library.FloatingBody(mesh=mesh, dofs=dofs, name="hull")
     mesh = mesh.immersed_part()
     if mesh.nb_faces == 0:
-        raise ConfigError("nothing of the hull is under water.\nGive a level above its bottom.")
+        raise ConfigError("no part of the hull is under water.\nGive a level above its bottom.")
     below = -0.02 * float(np.ptp(np.asarray(mesh.vertices)[:, 2]))
     inside = mesh.generate_lid(z=below)
     extra = {"lid_mesh": inside} if inside.nb_faces else {}

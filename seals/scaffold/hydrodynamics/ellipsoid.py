@@ -123,7 +123,7 @@ def ellipsoid_of_moments(volume: float, centre: Floats, spread: Floats) -> Ellip
     if not (volume > 0.0 and np.all(np.isfinite(moments)) and moments[0] > 0.0):
         raise RobotError(
             f"a body of {volume:.3g} m^3 with second moments {moments.tolist()} m^2 has no "
-            "ellipsoid.\nGive it a closed shape with a thickness."
+            "equivalent ellipsoid.\nGive it a closed shape with a thickness."
         )
     # no body has two radii of gyration further apart than those of a needle of its volume
     ratio = np.sqrt(np.maximum(moments, 1e-8 * moments[-1]))

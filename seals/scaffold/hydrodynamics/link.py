@@ -93,7 +93,7 @@ def hydrodynamics_of(
     hull = robot.hulls[index]
     if hull is None:
         raise ConfigError(
-            f"link '{link}' has no hull, so no water moves with it.\n"
+            f"link '{link}' has no hull, so it has no added mass.\n"
             "Write it under hulls: in robot.yaml."
         )
     entry: dict[str, Any] = {"effect": "added_mass", "links": [link]}
@@ -108,7 +108,7 @@ def hydrodynamics_of(
     entry |= added_mass_fields(deep)
     counts = f"{len(pair[0].faces)} and {len(pair[1].faces)} panels"
     source = f"boundary elements, limit of {counts}, water of {density:g} kg/m^3"
-    words = [f"{link}: {source}; from the finer one to the limit {change:.1%}"]
+    words = [f"{link}: {source}; from the finer mesh to the limit {change:.1%}"]
     level = _floats(robot, density) if index == 0 else None
     if level is None:
         tell(problems_of(robot, link, density))
@@ -128,7 +128,7 @@ def hydrodynamics_of(
     band = f"{found.frequency[0]:.3g} to {found.frequency[-1]:.3g} rad/s"
     words.append(
         f"{link} afloat, {share:.1%} under water: radiation at {len(found.frequency)} frequencies "
-        f"from {band}; from the finer one to the limit {change:.1%}"
+        f"from {band}; from the finer mesh to the limit {change:.1%}"
     )
     words.append(
         f"{link} memory: {len(model.frequency)} resonators, misfit {model.misfit:.1%} of the "
@@ -219,12 +219,12 @@ def _stated(folder: Path, kind: str, link: str, root: str) -> str | None:
         if kind == "radiation_memory" and effect == "radiation_damping":
             raise ConfigError(
                 f"effects.{name} is a constant radiation damping of the same link.\n"
-                "Remove it: the memory stands for it."
+                "Remove it: the memory effect replaces it."
             )
         if effect == kind and links != [link]:
             raise ConfigError(
                 f"effects.{name} is shared by the links {', '.join(links)}.\n"
-                f"Write it once a link, or take '{link}' out of its links."
+                f"Write it once for each link, or remove '{link}' from its links."
             )
         if effect == kind:
             return name

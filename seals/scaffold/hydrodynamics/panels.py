@@ -129,13 +129,13 @@ def _primitive(hull: Hull, size: float | None) -> Panels:
     else:
         raise RobotError(
             f"a hull of the kind {type(hull).__name__} has no closed surface.\n"
-            "Close the mesh, or take method=ellipsoid."
+            "Close the mesh, or use method=ellipsoid."
         )
     if not own.volume > 0.0:
         # corners nearer than the resolution of numbers fell together
         raise RobotError(
             f"a hull of {hull.volume:.3g} m^3 is too thin for panels.\n"
-            "Give it the size of the link, or take method=ellipsoid."
+            "Give it the size of the link, or use method=ellipsoid."
         )
     scale = (hull.volume / own.volume) ** (1.0 / 3.0)
     return Panels(scale * own.vertices @ axes + np.asarray(hull.position), own.faces)
@@ -234,7 +234,7 @@ def _solid(panels: Panels) -> Any:
     if solid.is_empty() or solid.status() != manifold3d.Error.NoError:
         raise RobotError(
             f"a hull's surface is not closed: {solid.status().name}.\n"
-            "Close the mesh, or take method=ellipsoid."
+            "Close the mesh, or use method=ellipsoid."
         )
     return solid
 
@@ -269,7 +269,7 @@ def _resized(panels: Panels, size: float | None) -> Panels:
     if abs(lost) > _LOST:
         raise RobotError(
             f"{len(found.faces)} panels lose {lost:.0%} of a hull of {panels.volume:.3g} m^3: it "
-            "has parts thinner than a panel.\nTake more panels, up to "
+            "has parts thinner than a panel.\nUse more panels, up to "
             f"panels={MOST_PANELS}, or method=ellipsoid."
         )
     middle = points.mean(axis=0)

@@ -67,7 +67,7 @@ class NextFlight:
 
 
 def _next_flight(found: Calibration) -> NextFlight | None:
-    """Return the best manoeuvre for the first undetermined number; None where there is none.
+    """Return the best manoeuvre for the first undetermined number; None if there is none.
 
     The other numbers count as known as well as the logs tell them.
     """
@@ -87,7 +87,7 @@ def _next_flight(found: Calibration) -> NextFlight | None:
     # one chi-square is what one sigma leaves over
     sigma = prior / sqrt(1.0 + max(best.separation, 0.0))
     if sigma > found.problem.policy.undetermined * prior:
-        reason = "none of the library would show it; measure it on the ground."
+        reason = "no manoeuvre of the library would determine it; measure it on the ground."
         return NextFlight(number=number, reason=reason)
     manoeuvre = best.manoeuvre
     return NextFlight(
@@ -119,7 +119,7 @@ _WIDTH = 160
 
 @dataclass(frozen=True, kw_only=True)
 class _Outcome:
-    """Result of ``seals calibrate``: the calibration and what is derived from it.
+    """Result of ``seals calibrate``: the calibration and the results derived from it.
 
     Args:
         found: the calibration.
@@ -150,7 +150,7 @@ def execute(config: Any) -> int:
         )
     out = output_folder(config.out)
     if config.apply and (out / ROBOT).exists():
-        raise ConfigError(f"{out / ROBOT} is there already.\nGive another folder: out=FOLDER")
+        raise ConfigError(f"{out / ROBOT} already exists.\nGive another folder: out=FOLDER")
     make_folder(out)
     with progress("calibrating", STAGES + 2) as tell:
         outcome = _outcome(given, tell)

@@ -66,7 +66,7 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
     after, notes = dict(before), []
     for number in found.numbers:
         if found.at_bound(number):
-            notes.append(f"{number.name} stays as stated: it would leave what is allowed.")
+            notes.append(f"{number.name} stays as stated: the estimate is outside its bounds.")
         elif not found.determined(number):
             notes.append(f"{number.name} stays as stated: the logs do not determine it.")
         elif "." in number.name:
@@ -86,7 +86,7 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
         except ConfigError as refusal:
             notes.append(str(refusal).replace("\n", " "))
     elif whole:
-        notes.append("the URDF lies outside of the robot's folder: mass and inertia by hand.")
+        notes.append("the URDF is outside the robot folder: change mass and inertia by hand.")
     changed = {k: v for k, v in after.items() if v != before.get(k)}
     return Edited(
         folder=folder, before={k: before[k] for k in changed}, after=changed, notes=tuple(notes)
@@ -138,7 +138,7 @@ def write_robot(edit: Edited, out: Path) -> Path:
         ConfigError: there is something already, or the folder is too large.
     """
     if out.exists():
-        raise ConfigError(f"{out} is there already.\nGive another folder: out=FOLDER")
+        raise ConfigError(f"{out} already exists.\nGive another folder: out=FOLDER")
     files = [p for p in sorted(edit.folder.rglob("*")) if p.is_file() and not p.is_symlink()]
     if len(files) > _MOST_FILES or sum(p.stat().st_size for p in files) > _MOST_BYTES:
         raise ConfigError(
@@ -181,7 +181,7 @@ def base_inertial(
     own, new = float(robot.mass[0]), float(robot.mass[0]) + mass
     if new <= 0.0:
         raise ConfigError(
-            f"the calibrated mass is less than that of the links beside '{robot.links[0]}'.\n"
+            f"the calibrated mass is less than that of the links other than '{robot.links[0]}'.\n"
             "Change their masses in the URDF by hand: the value is in calibration.json."
         )
     middle = (own * robot.centre[0] + mass * centre) / new

@@ -120,7 +120,7 @@ class Calibration:
         return self.sigma(number) < self.problem.policy.undetermined * self.prior(number)
 
     def at_bound(self, number: StatedNumber) -> bool:
-        """Return true if the logs ask for a value beyond what is allowed for a number."""
+        """Return true if the estimate of a number lies beyond its allowed range."""
         change = self.solution.fit.values[number.key]
         ends = [number.change(bound) for bound in number.bounds if math.isfinite(bound)]
         return any(math.isclose(change, end, rel_tol=_AT) for end in ends)
@@ -285,7 +285,7 @@ def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[f
 
 
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:
-    """Return the selected numbers, each once, in the order in which they were asked for.
+    """Return the selected numbers, each once, in the requested order.
 
     A name is one of a number, of a group (``inertia`` for its three axes, ``effects.water_drag``
     for all of its fields), or a pattern with ``*``.
@@ -302,7 +302,7 @@ def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[S
         more = f" and {len(shown) - _SHOWN} more" if len(shown) > _SHOWN else ""
         raise ConfigError(
             "parameters is not given.\n"
-            f"Say what to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
+            f"Name the parameters to calibrate, for instance parameters=[{','.join(shown[:3])}]; "
             f"this vehicle has {', '.join(shown[:_SHOWN])}{more}"
         )
     found: dict[str, StatedNumber] = {}
@@ -348,7 +348,7 @@ class Solution:
 def solve(
     problem: Problem, keys: Sequence[str], *, tell: Callable[[int], None] = lambda done: None
 ) -> Solution:
-    """Fit the asked parameters and all tolerances, relinearising until the fit converges.
+    """Fit the requested parameters and all tolerances, relinearising until the fit converges.
 
     Args:
         problem: the log made ready, with the parameters free.

@@ -25,7 +25,7 @@ class Calibrator(Settable):
         parameters: names as in ``robot.yaml`` (``mass``, ``inertia``, ``effects.NAME.FIELD``,
             ``actuators.NAME.FIELD``, ``hulls.LINK.displaced_volume``), groups of them, or patterns
             with ``*``.
-        robot: folder or name of the robot; None where the logs describe their vehicle.
+        robot: folder or name of the robot; None if the logs describe their vehicle.
         prior: 1-sigma of what is asked for, as a share of what is stated.
         progress: whether a bar shows how far ``fit`` is, on a terminal.
 
@@ -160,7 +160,7 @@ def calibrate(
         log: log, its folder, the short name of one that ships, or a list of them: of one vehicle,
             fitted together.
         parameters: names as in ``robot.yaml``, groups of them, or patterns with ``*``.
-        robot: folder or name of the robot; None where the logs describe their vehicle.
+        robot: folder or name of the robot; None if the logs describe their vehicle.
         held_out: another log of the vehicle, which judges and is not fitted.
         prior: 1-sigma of what is asked for, as a share of what is stated.
         progress: whether a bar shows how far it is, on a terminal.

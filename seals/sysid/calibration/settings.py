@@ -19,12 +19,12 @@ class CalibrateSettings(GivenLogsSettings):
         name: of the calibration, part of the run folder's name.
         parameters: names of the numbers as in ``robot.yaml``, groups of them, or patterns:
             ``mass``, ``inertia``, ``effects.water_drag``, ``actuators.*``.
-        held_out: another log of the vehicle, for the error only, not fitted.
-        out: folder of the answer, or None for the run's folder.
+        held_out: another log of the vehicle, used only for the error and not fitted.
+        out: folder of the results, or None for the run's folder.
         prior: standard deviation of the parameters, relative to their stated values [1].
-        apply: whether to write a copy of the robot's folder with the new numbers.
-        plan: whether to search for a manoeuvre that determines the rest.
-        report: whether to write the page and the picture, beside ``calibration.json``.
+        apply: whether to write a copy of the robot folder with the new numbers.
+        plan: whether to search for a manoeuvre that determines the other parameters.
+        report: whether to write the report and the plot, beside ``calibration.json``.
     """
 
     name: str = "calibrate"

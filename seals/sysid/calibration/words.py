@@ -42,9 +42,7 @@ def remarks(found: Calibration) -> list[str]:
     lost = [n.name for n in found.numbers if not found.determined(n) and n not in held]
     for number in held:
         low, high = (figure(bound, number.unit) for bound in number.bounds)
-        line = (
-            f"The logs ask for a value of {number.name} beyond what is allowed, {low} to {high}: "
-        )
+        line = f"The logs require a value of {number.name} outside its bounds, {low} to {high}: "
         check = f"reverse {number.turned_by}, or check axes." if number.turned_by else ""
         out.append(line + (check or "check directions and axes, or what else may be missing."))
     if lost:
@@ -54,18 +52,19 @@ def remarks(found: Calibration) -> list[str]:
     for one, other, correlation in found.tied()[:_PAIRS]:
         way = "rise together" if correlation > 0.0 else "trade against each other"
         out.append(
-            f"{one} and {other} {way} (correlation {correlation:+.2f}): a measurement of either "
-            "on the ground settles both."
+            f"{one} and {other} {way} (correlation {correlation:+.2f}): a measurement of either on "
+            "the ground determines both."
         )
     if found.widening > _LOUD:
         out.append(
             f"The model does not explain the logs down to the noise: all intervals are widened by "
-            f"{found.widening:.2g}. Something else is missing; what it is: {diagnose}"
+            f"{found.widening:.2g}. An effect is missing; to find it: {diagnose}"
         )
     if not found.solution.settled:
         out.append(
-            f"The numbers still moved after {found.solution.rounds} linearisations: give a nearer "
-            "start, or ask for fewer numbers."
+            f"The parameters had not converged after {found.solution.rounds} linearisations: "
+            "give better "
+            "initial values, or calibrate fewer parameters."
         )
     return out
 

@@ -125,7 +125,7 @@ def formula_effect() -> str:
     found = (name for name, law in installed().items() if law.identification.formula)
     name = next(found, None)
     if name is None:
-        raise UnknownPlugin("no installed effect takes a formula.\nInstall one: see seals doctor")
+        raise UnknownPlugin("no installed effect accepts a formula.\nInstall one: see seals doctor")
     return name
 
 
@@ -332,7 +332,7 @@ def _split(name: str, instance: str, effect: Effect, *, both: bool) -> list[Cand
 def _chosen(found: list[Candidate], wanted: Sequence[str]) -> list[Candidate]:
     for name in wanted:
         known = sorted({x for c in found for x in (c.name, c.instance, c.label)})
-        refuse_unlisted(name, known, f"rivals: nothing called '{name}' could act here")
+        refuse_unlisted(name, known, f"rivals: no effect named '{name}' could act here")
     keep = set(wanted)
 
     def called(c: Candidate) -> set[str]:

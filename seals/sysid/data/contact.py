@@ -43,13 +43,14 @@ def contact_free(log: Log) -> Log:
     if not used:
         longest = max((s.end - s.begin for s in every), default=0.0)
         raise LogError(
-            f"log '{log.name}': the robot touches ground or objects, and never is free of contact "
-            f"for {LEAST:g} s (longest {longest:.2g} s).\n"
-            f"Contact forces have no law here: give a log with {LEAST:g} s and more of swimming or "
-            "flying, or a robot held free; see docs/limits.md."
+            f"log '{log.name}': the robot is in contact with ground or objects, and never without "
+            f"contact for {LEAST:g} s (longest {longest:.2g} s).\n"
+            f"Contact forces are not modelled: give a log with {LEAST:g} s or more without "
+            "contact; "
+            "see docs/limits.md."
         )
     named = ", ".join(f"{s.begin:.2f} to {s.end:.2f} s" for s in used)
-    print(f"log '{log.name}': only without contact: {named}.", file=sys.stderr)
+    print(f"log '{log.name}': only rows without contact are used: {named}.", file=sys.stderr)
     segment = np.concatenate([np.full(s.rows.size, k) for k, s in enumerate(used)])
     meta = {key: value for key, value in log.meta.items() if key != "contacts"}
     return replace(log.select(np.concatenate([s.rows for s in used])), segment=segment, meta=meta)
@@ -62,7 +63,7 @@ def _spans(log: Log) -> list[tuple[float, float]]:
         return [(float(begin), float(end)) for begin, end in given]
     except (TypeError, ValueError) as error:
         raise LogError(
-            f"log '{log.name}': contacts={given!r:.80} are no begins and ends.\n"
+            f"log '{log.name}': contacts={given!r:.80} are not beginnings and ends.\n"
             "Allowed: pairs of times in seconds, contacts: [[0.0, 1.2], [7.5, 8.0]]"
         ) from error
 

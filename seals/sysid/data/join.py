@@ -117,8 +117,8 @@ def _compare(first: Log, other: Log) -> None:
     if differ:
         raise LogError(
             f"logs '{first.name}' and '{other.name}' state different {', '.join(differ)}.\n"
-            "Logs that are fitted together are of one vehicle with one set of sensors and "
-            "tolerances, in one medium; diagnose the others on their own."
+            "Logs that are fitted together must be of one vehicle with one set of sensors "
+            "and tolerances, in one medium; diagnose the others separately."
         )
 
 

@@ -47,7 +47,7 @@ class RobotDescription:
 
 
 def described(config: Any) -> RobotDescription | None:
-    """Return the robot of a command's configuration, or None where none is given.
+    """Return the robot of a command's configuration, or None if none is given.
 
     Args:
         config: composed configuration with ``robot``, ``effects`` and ``actuators``.
@@ -135,8 +135,8 @@ def describe_run(folder: Path) -> RobotDescription | None:
     meta = read_meta(folder / "meta.yaml")
     if (meta.get("environment") or {}).get("fluid") is not None:
         raise LogError(
-            f"log={folder} is a run in water that was simulated itself (fluid).\n"
-            "A diagnosis needs laws: take a run without a fluid, see docs/limits.md."
+            f"log={folder} is a run in simulated water (fluid).\n"
+            "A diagnosis needs laws: use a run without a fluid, see docs/limits.md."
         )
     return described_by(meta)
 
@@ -183,8 +183,8 @@ def describe_log(spec: Mapping[str, Any]) -> RobotDescription:
     arm = spec.get("arm")
     if arm is not None and not arm.get("controller"):
         raise LogError(
-            "meta.yaml: vehicle.arm states no controller: its joints swing, or nobody says how "
-            "they are held.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
+            "meta.yaml: vehicle.arm states no controller: its joints swing, or their servos are "
+            "unknown.\nGive the robot's folder, robot=FOLDER, or gains in arm.controller."
         )
     links = [] if arm is None else list(arm["links"])
     base = spec if arm is None else spec["base"]
@@ -222,9 +222,10 @@ def _joints(links: Sequence[Mapping[str, Any]]) -> tuple[UrdfJoint, ...]:
         parent = joint.get("parent") or (made[-1].child if made else "base")
         if parent not in known or name in known:
             raise LogError(
-                f"vehicle.arm: '{name}' hangs on '{parent}', which is not a link before it, or has "
-                "the name of another link.\n"
-                "List every link once, under a name of its own, behind the link that carries it."
+                f"vehicle.arm: '{name}' has the parent '{parent}', which is not a preceding "
+                "link, or "
+                "has the name of another link.\n"
+                "List every link once, under a unique name, after its parent."
             )
         known[name] = name
         moves = bool(_MOVING & set(joint))

@@ -199,8 +199,9 @@ def _refuse_partial_pose(
         if missing:
             raise LogError(
                 f"log '{name}': no sample of {' and '.join(missing)} in rows {first} to {last}.\n"
-                "A diagnosis follows the measured pose: position and orientation in every run, the "
-                "depth in place of position_z. Leave position out of the log to do without a pose."
+                "A diagnosis uses the measured pose: position and orientation in every run, or the "
+                "depth instead of position_z. Remove position from the log for a diagnosis "
+                "without a pose."
             )
 
 
@@ -305,8 +306,8 @@ def _held(log: Log, channel: str, count: int) -> Floats:
     if not log.has(channel):
         raise LogError(
             f"log '{log.name}' has no channel '{channel}'.\n"
-            "The commands that were sent to the actuators are needed: without them every thrust "
-            "would look like a missing effect."
+            "The commands of the actuators are required: without them every thrust would resemble "
+            "a missing effect."
         )
     values: Floats = log.channel(channel).copy()
     if values.shape[1] != count:

@@ -23,7 +23,7 @@ _MOVED = 10.0
 """Range of a channel, in its stated noise, from which the vehicle moved."""
 _POSE = ("position", "orientation")
 _INERTIAL = ("angular_velocity", "specific_force")
-_HELD = "the inertial sensors feel motion: the pose was held where it failed"
+_HELD = "the inertial sensors measure motion: the pose was held during a failure"
 
 
 def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
@@ -58,7 +58,7 @@ def refuse_frozen(log: Log, samples: Samples, vehicle: Vehicle) -> None:
                 raise LogError(
                     f"{name} {reads} without change for {seconds:.1f} s from "
                     f"t = {samples.time[first]:.4g} s on, while {why}.\n"
-                    "Cut that time out, or remove the channel."
+                    "Cut out this period, or remove the channel."
                 )
 
 

@@ -57,8 +57,8 @@ def typical_shortfall(voltage: Floats | None, full: float | None) -> float:
         change of the exponent of a law k x leaves the best k as it is, to first order.
 
     Args:
-        voltage: at the battery's terminals [V], shape (T,); None where it is not measured.
-        full: V_full [V]; None where it is not known.
+        voltage: at the battery's terminals [V], shape (T,); None if it is not measured.
+        full: V_full [V]; None if it is not known.
 
     Example:
         >>> round(typical_shortfall(np.array([9.0, 9.0, 10.0]), 10.0), 9)
@@ -85,6 +85,6 @@ def supply_words(command: Floats, vehicle: Vehicle) -> str:
         return ""
     return (
         f"{100.0 * near.mean():.2g} % of the rows command a drive beyond {_NEAR:.0%} of its limit, "
-        "which falls with the battery's voltage: without battery_voltage in the log, all of it is "
-        "taken as followed."
+        "which falls with the battery's voltage: without battery_voltage in the log, the commands "
+        "are assumed to be followed."
     )

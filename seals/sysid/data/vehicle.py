@@ -111,7 +111,7 @@ def read_vehicle(
     except (AttributeError, LookupError, TypeError, ValueError, ArithmeticError) as cause:
         said = " ".join(f"{type(cause).__name__}: {cause}".split())[:200]
         raise LogError(
-            f"meta.yaml describes no vehicle that can be understood ({said}).\n"
+            f"meta.yaml contains no valid description of a vehicle ({said}).\n"
             "Give the robot, robot=NAME or robot=FOLDER, or correct the file: docs/formats.md"
         ) from cause
 
@@ -239,10 +239,11 @@ def _merged(
     measured = "joint_position" in (meta.get("sensors", {}).get("channels") or {})
     moving = robot.joints if measured and not still else ()
     if robot.tree.fixed_base and not moving:
-        seen = "all its joints stand still" if measured else "none of its joints is measured"
+        seen = "none of its joints moves" if measured else "none of its joints is measured"
         raise LogError(
             f"robot '{robot.name}' is bolted to the world, and {seen} in this log.\n"
-            "Only moving joints show what is missing: log joint_position while the arm moves, for "
+            "Missing effects show only in moving joints: log joint_position while the arm "
+            "moves, for "
             "instance by controller=direct guide=hover guide.arm=random."
         )
     if not moving:

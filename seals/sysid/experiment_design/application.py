@@ -43,7 +43,8 @@ def execute(config: Any) -> int:
     places = config.log if config.log is not None else noted_logs(answer.tables)
     if not places:
         raise ConfigError(
-            "log is not given.\nSay of which vehicle: seals plan effects=[NAME,NAME] log=FOLDER"
+            "log is not given.\nName the log of the vehicle: seals plan effects=[NAME,NAME] "
+            "log=FOLDER"
         )
     given = given_logs(config, places, noted=answer.without)
     out = output_folder(config.out)
@@ -101,7 +102,8 @@ def _open_question(given: Answer, place: str) -> list[str]:
     refuse_absent(given.verdict or None, "effects", command)
     if not given.ambiguous_with:
         raise ConfigError(
-            f"diagnosis={place}: the verdict is '{given.verdict}', with nothing left open.\n"
+            f"diagnosis={place}: the verdict is '{given.verdict}', which leaves no effects to "
+            "distinguish.\n"
             "Name the effects yourself: effects=[payload,thrust_coefficient]"
         )
     return list(dict.fromkeys(given.ambiguous_with[0]))
@@ -169,7 +171,7 @@ def _places(axes: Any, plan: Plan) -> None:
     if plan.scene.level is not None:
         axes.axhline(plan.scene.level, color=MUTED, lw=0.8, ls="--")
     axes.set_title(f"'{plan.best.manoeuvre.name}': where to be", loc="left", fontsize=10)
-    dress(axes, "time [s]", "place [m] (dotted: asked for)")
+    dress(axes, "time [s]", "position [m] (dotted: reference)")
     axes.legend(fontsize=8, frameon=False, ncols=3)
 
 
@@ -220,7 +222,7 @@ def _bars(axes: Any, plan: Plan) -> None:
         axes.text(values[k] * 1.1, k, note, va="center", fontsize=8)
     what = " / ".join(plan.names) + (" / nothing" if len(plan.names) == 1 else "")
     axes.set_title(f"expected separation of {what}", loc="left", fontsize=10)
-    label = "chi-square that the best wrong explanation leaves; green: confidence of 90 % or more"
+    label = "chi-square of the best wrong explanation; green: confidence of 90 % or more"
     dress(axes, label, "")
 
 

@@ -157,7 +157,7 @@ def read_experiment(path: str | Path) -> Experiment:
     Raises:
         ConfigError: the file is not one, or lacks something.
     """
-    found = read_file(_Planned, path, remedy="Give a file that seals plan wrote.")
+    found = read_file(_Planned, path, remedy="Give a file written by seals plan.")
     flights, drops = [], []
     for k, run in enumerate(found.runs):
         where = f"{path}: runs[{k}]"
@@ -170,12 +170,14 @@ def read_experiment(path: str | Path) -> Experiment:
     if not length <= MOST_ROWS * found.step:
         raise ConfigError(
             f"{path} is damaged: {length:g} s in steps of {found.step:g} s.\n"
-            f"Allowed: at most {MOST_ROWS:,} steps. Let seals plan write it again."
+            f"Allowed: at most {MOST_ROWS:,} steps. Write it again with seals plan."
         )
     try:
         references = tuple(_reference(flight, found.step) for flight in flights)
     except (IndexError, ValueError) as error:
-        raise ConfigError(f"{path} is damaged: {error}.\nLet seals plan write it again.") from error
+        raise ConfigError(
+            f"{path} is damaged: {error}.\nWrite it again with seals plan."
+        ) from error
     return Experiment(
         name=found.name,
         meta=found.meta,

@@ -120,7 +120,7 @@ class Plan:
                 if run.manoeuvre.name == ranked.manoeuvre.name:
                     return flown, run
         raise ConfigError(
-            f"'{ranked.manoeuvre.name}' was not rehearsed.\nChoose one that the plan lists."
+            f"'{ranked.manoeuvre.name}' was not rehearsed.\nChoose one of those listed by the plan."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -170,7 +170,7 @@ def proposal(plan: Plan) -> str:
         name = plain.manoeuvre.name
         lines.append(f"{name.capitalize()} {verb} {what} ({percent(plain.confidence)}).")
     if best.confidence < SEPARATED:
-        lines.append("No manoeuvre of the library would be sure to.")
+        lines.append("No manoeuvre of the library would do so with certainty.")
         laws = installed()
         advice = [laws[n].identification.measurement for n in plan.names if n in laws]
         advice = [a for a in advice if a]
@@ -192,8 +192,8 @@ def _gain(plan: Plan, best: Ranked) -> str:
     said = _seen(plan, best)
     if len(plan.names) == 1:
         return (
-            f"{plan.names[0]} of its supposed size would then show {said}"
-            f" (expected chance to find it {percent(best.confidence)})"
+            f"{plan.names[0]} of its assumed size would then show {said}"
+            f" (expected probability of finding it {percent(best.confidence)})"
         )
     worst = min(best.contests, key=lambda c: c.separation)
     return (
@@ -217,7 +217,7 @@ def _seen(plan: Plan, best: Ranked) -> str:
     loudest = max(seen, key=lambda c: seen[c][1])
     return (
         f"by a chi-square of {worst.separation:.3g} beyond all tolerances,"
-        f" mostly at the {_CHANNELS.get(loudest, loudest)}"
+        f" mostly in the {_CHANNELS.get(loudest, loudest)}"
     )
 
 

@@ -149,14 +149,14 @@ def _breaches(scene: Scene, rehearsal: Rehearsal, manoeuvre: Manoeuvre) -> list[
             found.append("the vehicle is lost")
             continue
         if place[:, 2].min() < scene.low - _MARGIN:
-            found.append(f"it comes down to {place[:, 2].min():.2f} m, below {scene.low:.2f} m")
+            found.append(f"it descends to {place[:, 2].min():.2f} m, below {scene.low:.2f} m")
         if place[:, 2].max() > scene.high + _MARGIN:
             found.append(f"it rises to {place[:, 2].max():.2f} m, above {scene.high:.2f} m")
         if scene.kind == DROP:
             continue
         away = float(np.abs(place[:, :2] - scene.home[:2]).max())
         if away > scene.reach + _MARGIN:
-            found.append(f"it moves {away:.1f} m away, more than {scene.reach:g} m")
+            found.append(f"it moves {away:.1f} m, more than {scene.reach:g} m")
         speed = float(np.linalg.norm(trajectory.velocity[rows], axis=1).max())
         if speed > _FAST * scene.speed:
             found.append(f"it reaches {speed:.1f} m/s, more than {_FAST * scene.speed:.1f} m/s")

@@ -17,8 +17,8 @@ class PlanSettings(GivenLogsSettings):
 
     Args:
         name: of the plan, part of the run folder's name.
-        between: effects in question, ``effects=[NAME,NAME]`` on the command line; those of the
-            diagnosis when left out.
+        between: effects to distinguish, ``effects=[NAME,NAME]`` on the command line; by default
+            those of the diagnosis.
         diagnosis: folder of an earlier diagnosis, or its file.
         out: folder of the plan, or None for the run's folder.
         seed: seed of gusts and noise in the simulated flights.

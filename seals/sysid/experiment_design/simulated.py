@@ -66,7 +66,7 @@ def run(arguments: list[str]) -> int:
         model = model.with_overlay(name, overlay)
     seed = options.get("seed", "0")
     if not seed.isdigit():
-        raise ConfigError(f"seed={seed} is not allowed.\nAllowed: a whole number from 0 on.")
+        raise ConfigError(f"seed={seed} is not allowed.\nAllowed: an integer of 0 or more.")
     now = datetime.datetime.now()
     usual = Path("runs") / f"{now:%Y-%m-%d}" / f"{now:%H-%M-%S}_{file_name(experiment.name)}"
     out = Path(options.get("out") or usual)

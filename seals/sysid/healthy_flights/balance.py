@@ -40,7 +40,7 @@ class DriveLayout:
 
     Args:
         position: of the drives from the origin of the base link [m], shape (n, 3).
-        radius: of their discs; zero where none is known [m], shape (n,).
+        radius: of their discs; zero if none is known [m], shape (n,).
         wrench: force [N] and torque [N m] per thrust of each drive, base axes, shape (6, n).
         limit: largest thrusts [N], shape (n,).
         mass: of the vehicle [kg].
@@ -100,12 +100,13 @@ def layout_of(vehicle: Vehicle, log: Log) -> DriveLayout:
     actuators = _actuators(vehicle)
     if not actuators:
         raise LogError(
-            f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares what the "
-            "drives are commanded to do.\nGive the folder of the robot that was flown: robot=NAME"
+            f"vehicle '{vehicle.name}' has no rotors or thrusters: healthy= compares the commands "
+            "of the drives.\nGive the folder of the robot that was flown: robot=NAME"
         )
     if vehicle.environment.gravity == 0.0:
         raise LogError(
-            f"log '{log.name}' states a gravity of zero: healthy= compares what the drives carry.\n"
+            f"log '{log.name}' states a gravity of zero: healthy= compares the weight carried "
+            "by the drives.\n"
             "State environment.gravity in meta.yaml."
         )
     signals = not log.has(vehicle.commands) and log.has(SIGNALS)

@@ -131,7 +131,7 @@ class Reference:
         return out
 
     def without(self, session: int) -> Reference | None:
-        """Return the reference without a session; None where nothing is left."""
+        """Return the reference without a session; None if nothing is left."""
         left = tuple(f for f in self.flights if f.session != session)
         return Reference(self.layout, left) if left else None
 

@@ -86,18 +86,18 @@ class HealthyDiagnosis:
         out = []
         if self.verdict is Verdict.none_of_these:
             out.append(
-                "the flight differs from the healthy ones as no effect at a drive, no load and no "
-                "shift of the centre of gravity does"
+                "no effect at a drive, no load and no shift of the centre of gravity explains the "
+                "difference from the healthy flights"
             )
         if self.verdict is Verdict.cannot_tell:
-            out.append("the drives are nearly idle: no change of theirs would be seen")
+            out.append("the drives are nearly idle: changes of the drives would not be detected")
         if sessions < 2:
             out.append(
                 "one healthy session shows no scatter between sessions: that of other vehicles is "
-                "supposed; fly more of them"
+                "assumed; fly more sessions"
             )
         for name in self.odd:
-            out.append(f"the healthy flight {name} differs from the others as a changed one does")
+            out.append(f"the healthy flight {name} differs from the others like a changed one")
         return out
 
     def to_dict(self) -> dict[str, Any]:
@@ -179,7 +179,7 @@ class HealthyFlights:
         knows = [log for log in logs if _stated(log)]
         if robot is None and not knows:
             raise LogError(
-                f"log '{logs[0].name}' does not say which vehicle flew (meta.yaml: vehicle).\n"
+                f"log '{logs[0].name}' does not state its vehicle (meta.yaml: vehicle).\n"
                 "Give it: robot=NAME, or a robot's folder"
             )
         vehicle = _vehicle((knows or list(logs))[0], robot)
@@ -248,7 +248,7 @@ def _refuse_other(
         wrench = layout_of(_vehicle(log, None), log).wrench
         if wrench.shape != layout.wrench.shape or not np.allclose(wrench, layout.wrench):
             raise LogError(
-                f"log '{log.name}' states other drives than the healthy flights: their number, "
+                f"log '{log.name}' states different drives than the healthy flights: number, "
                 "positions, axes or torques differ.\nGive flights of one vehicle, or its folder: "
                 "robot=NAME"
             )

@@ -50,7 +50,7 @@ class Modes:
 
     @classmethod
     def of(cls, layout: DriveLayout) -> Modes:
-        """Return thrust, roll, pitch, yaw, surge and sway, as far as the drives tell them apart."""
+        """Return thrust, roll, pitch, yaw, surge and sway if the drives distinguish them."""
         names, vectors = [], list[Floats]()
         for name, row in zip(_ORDER, _ROWS, strict=True):
             mode = layout.wrench[row] / max(float(np.linalg.norm(layout.wrench[row])), 1e-12)

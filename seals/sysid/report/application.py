@@ -39,9 +39,10 @@ _STEP = 32
 """Ticks of the progress bar a stage."""
 STAGES = 6
 _ADVICE = (
-    "Give a longer log, or look for numbers far from all others; a log without a pose is followed "
-    "from its stated start: measure pose or velocity, cut a shorter span, or state the start less "
-    "exactly."
+    "Give a longer log, or look for extreme values; a log without a pose is simulated from its "
+    "stated "
+    "initial state: measure pose or velocity, use a shorter span, or state the initial state "
+    "with a larger sigma."
 )
 
 

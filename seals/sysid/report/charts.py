@@ -21,7 +21,7 @@ def gain_chart(entries: Sequence[Entry], *, before: float, required: float) -> B
     Args:
         entries: of one round.
         before: held-out error that the round starts from.
-        required: gain that a name needs; the least one, where effects differ.
+        required: gain that is required; the least one, where effects differ.
     """
     shown = [e for e in entries if e.gain is not None]
     if not shown:
@@ -43,22 +43,24 @@ def gain_chart(entries: Sequence[Entry], *, before: float, required: float) -> B
         marks.append(Mark(at=there, label="down to noise"))
     beside = shown[0].beside
     title = (
-        f"What each effect removes beside {' + '.join(beside)}"
+        f"Reduction by each effect in addition to {' + '.join(beside)}"
         if beside
-        else ("What each effect alone removes from the held-out error")
+        else ("Reduction of the held-out error by each effect alone")
     )
     return Bars(
         title=title,
-        x_label="fall of the held-out error [× noise]",
+        x_label="reduction of the held-out error [× noise]",
         bars=bars,
         marks=tuple(marks),
         note=(
-            "How to read: each effect was fitted alone (or beside those found before) to four "
-            "fifths of the log and judged on the fifth left out, in turn. Error bars: one standard "
-            "error over the windows of the log. Left line: the least a name must bring; an effect "
-            "with several free values needs a little more. Right line: all there is to remove. "
-            "Green: named. Amber: cannot be excluded. Grey: rejected. Bars may look alike where "
-            "several values are free; the table says what decides."
+            "Each effect was fitted alone (or together with those found before) to four fifths "
+            "of the log and evaluated on the held-out fifth, in turn. Error bars: one standard "
+            "error over the windows of the log. Left line: the minimum for naming an effect; an "
+            "effect "
+            "with several parameters needs slightly more. Right line: the whole excess over the "
+            "noise floor. "
+            "Green: named. Amber: cannot be excluded. Grey: rejected. Bars may be similar if an "
+            "effect has several parameters; the table states the decision."
         ),
     )
 
@@ -110,10 +112,10 @@ def ablation_chart(steps: Sequence[Step], *, claimed: Sequence[str]) -> Bars:
         marks=(Mark(at=1.0, label="floor: noise"),),
         log=log,
         note=(
-            "How to read: from top to bottom, one change of the model after the other. Each bar "
-            "spans from the error before to the error after that change. The error is the mean "
-            "square of measured less predicted, in units of noise and stated gusts, on rows that "
-            "the fit never saw (the first bar needs no fit). 1 is the floor; a little below or "
-            "above it is chance."
+            "From top to bottom the model is changed step by step. Each bar "
+            "extends from the error before to the error after the change. The error is the mean "
+            "squared difference between measurement and prediction, in units of noise and "
+            "stated gusts, on held-out rows (the first bar needs no fit). 1 is the noise floor; "
+            "small deviations from it are random."
         ),
     )

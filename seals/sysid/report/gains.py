@@ -59,7 +59,7 @@ def ablation_steps(search: Search[EvidenceHypothesis]) -> tuple[Step, ...]:
     raw = float(first.misfit.sum()) / nominal.fitter.windows.observed
     steps = [
         Step(name="data sheet values", error=raw),
-        Step(name="values moved within their tolerances", error=held_out_misfit(nominal)),
+        Step(name="values fitted within their tolerances", error=held_out_misfit(nominal)),
     ]
     wanted = {c.label for c in best.candidates}
     pool = [h for r in search.rounds for h in r if {c.label for c in h.candidates} < wanted]

@@ -60,7 +60,7 @@ def _refuse_no_log(place: Path) -> None:
     folders = [place, *(place.iterdir() if place.is_dir() else ())]
     if place.name not in TABLES and not any((f / name).exists() for f in folders for name in marks):
         raise ConfigError(
-            f"log={place} is not a log folder: it holds neither {TABLES[0]} nor {TABLES[1]}.\n"
+            f"log={place} is not a log folder: it contains neither {TABLES[0]} nor {TABLES[1]}.\n"
             "Give a log folder, or convert a recording: seals convert log=FILE out=FOLDER"
         )
 
@@ -257,8 +257,9 @@ def _tell_stated(log: Log, place: Path, robot: str) -> None:
         return
     words = shlex.join([f"log={log_name(place)}", f"robot={robot}"])
     print(
-        f"log '{log.name}' states no tolerances: every number of the vehicle counts as exact, and "
-        f"what misses it as an effect.\nLet the flight write them: seals new datasheet {words}",
+        f"log '{log.name}' states no tolerances: every number of the vehicle is assumed exact, and "
+        "deviations are attributed to effects.\nEstimate them from the flight: seals new "
+        f"datasheet {words}",
         file=sys.stderr,
     )
 
@@ -273,7 +274,7 @@ def _tell_time(log: Log) -> None:
         raise LogError(
             f"log '{log.name}' has {log.rows:,} rows; its diagnosis would take about "
             f"{log.rows * _PACE / 3600.0:.0f} h.\n"
-            f"Allowed: up to {MOST_ROWS:,} rows. Cut out the part that matters."
+            f"Allowed: up to {MOST_ROWS:,} rows. Cut out the relevant part."
         )
     if log.rows > _LONG:
         words = f"about {log.rows * _PACE / 60.0:.0f} minutes"

@@ -25,12 +25,13 @@ from seals.sysid.report.naming import figure, parameter_text, percent
 
 _TICKS = 32
 _STAGES = 3
-_ADVICE = "Give longer logs, or look for numbers far from all others."
+_ADVICE = "Give longer logs, or look for extreme values."
 _HEADS = {
     Verdict.named: "Changed since the healthy flights:",
     Verdict.ambiguous: "One of these changed since the healthy flights:",
-    Verdict.nothing_missing: "Nothing changed: the flight is within the scatter of healthy ones.",
-    Verdict.none_of_these: "None of the effects in the library:",
+    Verdict.nothing_missing: "Nothing changed: the flight is within the scatter of the healthy "
+    "flights.",
+    Verdict.none_of_these: "No effect of the library explains the log:",
     Verdict.cannot_tell: "Cannot tell:",
 }
 
@@ -192,7 +193,7 @@ def _report(found: HealthyDiagnosis, name: str, out: Path) -> Path:
             blocks=[Table(head=["effect @ drives", "evidence"], rows=tried, right=(1,))],
         ),
         Section(
-            title="Healthy flights beside the others",
+            title="Healthy flights compared with each other",
             blocks=[Table(head=["log", "evidence", "explanations"], rows=left, right=(1,))],
         ),
     ]

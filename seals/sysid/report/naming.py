@@ -20,7 +20,7 @@ _AXIS = re.compile(r"_([xyz]{1,2})$")
 _PARTS = {
     "mass.mass": "mass of the body",
     "rotors.torque_change": "reaction torque of the rotors",
-    "surface.share": "lift while the surface is pierced",
+    "surface.share": "buoyancy while piercing the surface",
     "servos.kp": "stiffness of the joint servos",
     "servos.kd": "damping of the joint servos",
 }

@@ -89,19 +89,20 @@ def _caption(problem: Problem) -> str:
     length = problem.fitter.windows.length * problem.samples.step
     stated = not problem.samples.posed
     start = (
-        "starts once at the beginning of each run, within the stated uncertainty of that start, "
-        "and then runs freely with the logged commands"
+        "is started once at the beginning of each run, within the stated uncertainty of the "
+        "initial "
+        "state, and then simulated with the logged commands"
         if stated
-        else f"is restarted every {length:.2g} s from the best-fitting start state, and then runs "
-        "freely with the logged commands (small steps in the lines are these restarts)"
+        else f"is restarted every {length:.2g} s from the best-fitting initial state, and then "
+        "simulated with the logged commands (the restarts cause small steps in the lines)"
     )
     return (
-        f"How to read: each model {start}. Its data sheet values are already moved within their "
-        "tolerances. The shaded band is where 95 % of the measurements would lie if the model "
-        "were right (two standard deviations of sensor noise and of the stated gusts). Numbers "
+        f"Each model {start}. Its data sheet values are already fitted within their "
+        "tolerances. The shaded band would contain 95 % of the measurements if the model were "
+        "correct (two standard deviations of sensor noise and of the stated gusts). Numbers "
         "beside a channel: typical residual in units of its expected spread, before → after; 1 "
-        "is perfect (gusts last a while, so that these need not agree "
-        "with the held-out error). Long logs are drawn thinned; every peak is kept."
+        "is ideal (gusts are correlated in time, so these need not agree with the held-out "
+        "error). Long logs are drawn with fewer points; all peaks are kept."
     )
 
 

@@ -90,7 +90,7 @@ def write_report(
     fixed = [
         _summary(diagnosis, data, missing, channels, folder),
         Section(
-            title=_FORCE.get(diagnosis.answer.verdict, "The force that is missing"),
+            title=_FORCE.get(diagnosis.answer.verdict, "Residual force"),
             blocks=_wrench(diagnosis, after, missing, residual_after),
             wide=True,
         ),
@@ -218,8 +218,8 @@ def _wrench(
     head = ["regime", "force", "× its uncertainty", "torque", "× its uncertainty"]
     table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
     words = (
-        "Typical size beyond error bars and gusts; beside it the size in units of both, where 1 "
-        "means that nothing is missing."
+        "Typical size in excess of error bars and gusts, and the size in units of both; 1 means "
+        "that nothing is missing."
     )
     blocks.append(
         Fold(title="Size by condition", blocks=[table, Paragraph(text=words, tone="caption")])
@@ -256,17 +256,18 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
         e.status != "rejected" and (e.gain or 0.0) * seen < 0.5 * (e.score or 0.0) for e in fitted
     ):
         words = (
-            "Where a bar is short although the score is high, the held-out error cannot rank the "
-            "effects: without the effect the model follows the log by moving data sheet values too "
-            "far. The score charges for that, and decides."
+            "If a bar is short although the score is high, the held-out error cannot rank the "
+            "effects: "
+            "without the effect the model follows the log only with data sheet values far from "
+            "their tolerances. The score penalises this, and it decides."
         )
         blocks.append(Paragraph(text=words, tone="warn"))
     blocks.append(Table(head=head, rows=rows, right=(3,)))
     blocks.append(
         Paragraph(
-            text="Score: fall of the misfit on the whole log, in squared standard deviations, less "
-            "a penalty for its parameters. Two more points of score make an "
-            "effect 2.7 times as likely."
+            text="Score: reduction of the misfit on the whole log, in squared standard deviations, "
+            "minus a penalty for the parameters. Two more points make an effect 2.7 "
+            "times as probable."
         )
     )
     left = [e for e in entries if e.gain is None]
@@ -282,7 +283,7 @@ def _errors(diagnosis: Diagnosis, steps: Sequence[Step], values: tuple[Moved, ..
     after = model_after(diagnosis)
     model = _names(diagnosis, after)[bool(after.candidates)]
     return Section(
-        title="How the error falls, and which data sheet values moved",
+        title="Reduction of the error, and changes of data sheet values",
         blocks=[ablation_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
         wide=True,
     )
@@ -304,7 +305,9 @@ def _behind(
     blocks: list[Block] = [
         Table(head=head, rows=checks)
         if checks
-        else Paragraph(text="Time base, units, frames and values of the log look sound."),
+        else Paragraph(
+            text="Time base, units, frames and values of the log passed the data check."
+        ),
     ]
     first = {m.key: m.sigmas for m in nominal}
     rows = [
@@ -319,5 +322,5 @@ def _behind(
     ]
     head = ["value", "change", "before [σ]", "after [σ]", "uncertainty after the fit [σ]"]
     table = Table(head=head, rows=rows, right=(1, 2, 3, 4))
-    blocks.append(Fold(title="All data sheet values and how far they moved", blocks=[table]))
+    blocks.append(Fold(title="Changes of all data sheet values", blocks=[table]))
     return Section(title="Data check", blocks=blocks, wide=True)

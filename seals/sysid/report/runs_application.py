@@ -113,8 +113,8 @@ def _rank(one: RunsDiagnosis) -> Section:
     words = "; ".join(one.answer.reasons)
     lead = (
         f"{one.answer.verdict.value}: {', '.join(c.candidate.label for c in one.answer.claims)}. "
-        "Gain is the fall of the logarithm of the error on held-out runs, less the price of every "
-        "further parameter; it counts from twice its standard error on."
+        "Gain is the reduction of the logarithm of the error on held-out runs, minus a penalty for "
+        "each further parameter; it is significant above twice its standard error."
     )
     blocks: list[Block] = [Paragraph(text=words)] if words else []
     blocks.append(Table(head=head, rows=rows, right=(1, 2, 3, 4, 5)))

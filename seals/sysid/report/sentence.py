@@ -40,7 +40,7 @@ def sentence(found: Diagnosis) -> str:
     if verdict is Verdict.bad_data:
         return f"bad data: {reasons}."
     if refused:
-        said = f"None of the effects in the library: {reasons}."
+        said = f"No effect of the library explains the log: {reasons}."
         return "\n".join([said, *beside]) + _by_log(found, table)
     lines = ["Missing:" if verdict is Verdict.named else "One of these is missing:"]
     for effect in table["effects"]:
@@ -51,7 +51,7 @@ def sentence(found: Diagnosis) -> str:
     for claim in answer.claims:
         rest = [name for name in claim.alike if name not in claim.rivals]
         if claim.rivals and verdict is Verdict.named:
-            lines.append(f"  {claim.name} cannot be told from: {', '.join(claim.rivals)}")
+            lines.append(f"  {claim.name} cannot be distinguished from: {', '.join(claim.rivals)}")
         if rest:
             lines.append(f"  nearly as good as {claim.name}, not excluded: {', '.join(rest)}")
     return "\n".join([*lines, *wrong, *beside, *error_lines(table)]) + _by_log(found, table)
@@ -100,7 +100,7 @@ def _stated_and_found(number: Mapping[str, Any]) -> str:
     words += f", by the {number['by']}" if "by" in number else ""
     line = (
         f"{words}: stated {figure(number['stated'])}{unit}, "
-        f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances off"
+        f"found {figure(number['found'])}{unit}, {abs(number['sigma']):.1f} tolerances apart"
     )
     if "set" not in number and number["stated"] * number["found"] < 0.0:
         line += "; the sign is opposite: check directions and axes"
@@ -118,7 +118,10 @@ def turned_words(found: Sequence[Mapping[str, Any]]) -> list[str]:
         if "set" in number:
             place, _, name = str(number["what"]).rpartition(".")
             values = ", ".join(f"{turn:.1f}" for turn in number["set"])
-            out.append(f"they turn the other way: in {number['file']}, {place}: {name}: [{values}]")
+            out.append(
+                f"they turn in the opposite direction: in {number['file']}, {place}: "
+                f"{name}: [{values}]"
+            )
     return out
 
 
@@ -195,5 +198,7 @@ def _by_log(found: Diagnosis, table: dict[str, Any]) -> str:
     odd = [x["log"] for x in logs if x["after"] > found.problem.policy.misfit_trusted]
     out = f"\n  by log: {'; '.join(parts)}"
     if odd and len(odd) < len(logs):
-        out += f"\n  Something else is missing in {' and '.join(odd)}: diagnose it on its own."
+        out += (
+            f"\n  A further effect is missing in {' and '.join(odd)}: diagnose this log separately."
+        )
     return out

@@ -16,7 +16,7 @@ class GivenLogsSettings(LogRobotSettings):
     """Settings of the input that every command on logs reads in the same way.
 
     Args:
-        log: log folder or file, or a list of them: of one vehicle, fitted together.
+        log: log folder or file, or a list of logs of one vehicle to fit together.
         reader: plug-in that reads the logs.
         without: effects to leave out of the stated model: names of instances or of effects,
             ``waves`` for the waves.
@@ -36,9 +36,10 @@ class DiagnoseSettings(GivenLogsSettings):
         name: of the diagnosis, part of the run folder's name.
         healthy: logs of healthy flights of the vehicle, with which the log is compared instead of
             with its model: a list of them, or a list of such lists, one for each session.
-        out: folder of ``diagnosis.json``, ``report.html`` and ``report.json``; None for the run's.
+        out: folder of ``diagnosis.json``, ``report.html`` and ``report.json``; None for the run's
+            folder.
         processes: number of parallel processes; 0 for one per core.
-        plan: whether to search for the flight that would tell open effects apart.
+        plan: whether to search for a manoeuvre that would distinguish the remaining effects.
         report: whether to write ``report.html`` beside ``diagnosis.json``.
     """
 

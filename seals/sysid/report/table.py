@@ -34,7 +34,7 @@ class Entry:
         error: standard error of the gain.
         score: fall of the misfit on the whole log less the price of the freedom, in points of
             squared standard deviations; None when not fitted.
-        required: score that a name needs; None when not fitted.
+        required: score that is required; None when not fitted.
         values: fitted values, in words.
         reason: of the status, in words.
     """
@@ -132,19 +132,20 @@ def _reason(
         (score <= 0.0, "removes no more than its parameters are penalised"),
         (
             not is_significant(candidate, tried.fit, candidate_set),
-            "the fitted change is within what the data sheet tolerates, or a mere trace",
+            "the fitted change is within the tolerance of the data sheet, or negligible",
         ),
         (
             score < required,
-            f"its score, {points(score)}, is below the {required:.3g} that a name needs",
+            f"its score, {points(score)}, is below the {required:.3g} that is required",
         ),
         (
             answer.verdict is Verdict.none_of_these,
-            "fits in part, but a force is left over that it does not explain",
+            "explains only a part; a residual force remains",
         ),
         (
             quiet,
-            "stronger gusts, within what is stated, do as well; or the log hardly shows it",
+            "stronger gusts, within their uncertainty, explain the log equally well; or the log "
+            "hardly shows the effect",
         ),
     )
     words = next((text for holds, text in cases if holds), "")
@@ -155,7 +156,7 @@ def _possible(diagnosis: Diagnosis, candidate: Candidate, score: float) -> str:
     claims = diagnosis.answer.claims
     if candidate.name == claims[0].name:
         others = [n for n in claims[0].alike or claims[0].rivals if n != candidate.name]
-        return f"explains the log best, but so nearly does {' and '.join(others)}"
+        return f"explains the log best, but nearly as well as {' and '.join(others)}"
     best = diagnosis.search.best
     gap = max(best.score - score, 0.0) if len(best.candidates) == 1 else None
     words = f"cannot be excluded beside {claims[0].name}"
@@ -188,7 +189,7 @@ def _beaten(
     part = (
         f"removes {100.0 * max(gain.value, 0.0) / full.value:.0f} % of what {name} removes"
         if full.value > 2.0 * (full.error or 0.0)
-        else f"its score lies {points(gap)} below that of {name}"
+        else f"its score is {points(gap)} below that of {name}"
     )
     return f"{part}; odds {sure} against it"
 
@@ -218,7 +219,7 @@ def _untried(diagnosis: Diagnosis) -> list[Entry]:
         words = f"the preliminary test predicted {points}, less than for others"
         out.append((gain, _bare(candidate, words)))
     out.sort(key=lambda item: -item[0])
-    words = "the force left over gave no reason to look for it"
+    words = "the residual force gave no indication of it"
     return [e for _, e in out] + [_bare(c, words) for c in left if c.identification.guessed]
 
 

@@ -72,13 +72,13 @@ def tolerance_chart(values: tuple[Moved, ...], *, model: str) -> Bars:
         for m in values[:_MOST]
     ]
     return Bars(
-        title=f"Data sheet values, moved within their tolerances: {model}",
+        title=f"Data sheet values, fitted within their tolerances: {model}",
         x_label="change / tolerance (1 σ) of the data sheet",
         bars=bars,
         marks=(Mark(at=-_FAR, label="-2 σ"), Mark(at=_FAR, label="+2 σ")),
         note=(
-            "How to read: every nominal value may move a little; 1 σ is the tolerance in the "
-            "log's meta.yaml. Beyond 2 σ (orange) the data sheet or its tolerance deserves a "
-            "second look. Error bars: one standard error; at 1 σ the log holds no information."
+            "Every stated value may change within its tolerance; 1 σ is the tolerance in the "
+            "log's meta.yaml. Values beyond 2 σ (orange) should be checked, and so should their "
+            "tolerances. Error bars: one standard error; at 1 σ the log contains no information."
         ),
     )

@@ -34,10 +34,13 @@ def headline(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         return f"The model lacks {joined(parts)}."
     if verdict is Verdict.ambiguous:
         parts = [f"{e['name']}{_when(diagnosis, e)} ({percent(e['confidence'])})" for e in effects]
-        return f"The model lacks one of these, and this log cannot tell which: {', '.join(parts)}."
+        return (
+            "The model lacks one of these, but this log does not determine which: "
+            f"{', '.join(parts)}."
+        )
     if verdict is Verdict.none_of_these:
         count = len({c.name for c in diagnosis.problem.plant.candidate_set.candidates})
-        return f"Something is missing that none of the {count} effects of the library explains."
+        return f"An effect is missing that none of the {count} effects of the library explains."
     if verdict is Verdict.cannot_tell:
         return _untold(diagnosis, data)
     if verdict is Verdict.nothing_missing:
@@ -64,7 +67,7 @@ def alike_words(diagnosis: Diagnosis) -> list[str]:
         rest = [name for name in claim.alike if name not in claim.rivals]
         if claim.rivals:
             out.append(
-                f"This log cannot tell apart: {', '.join([claim.name, *claim.rivals])}. Each "
+                f"This log cannot distinguish: {', '.join([claim.name, *claim.rivals])}. Each "
                 "explains it equally well."
             )
         if rest:
@@ -97,7 +100,10 @@ def first_answers(
         what = " / ".join(parts)
     answers = {"what": what if claimed else verdict.value.replace("_", " ")}
     mark = missing.signature
-    if mark.along:
+    places = [place for e in effects for place in _places(e)] if claimed else []
+    if places:
+        answers["where"] = joined(list(dict.fromkeys(places)))
+    elif mark.along:
         held_in = f", constant in the {mark.frame}" if mark.frame != "neither" else ""
         # the axis with most of its power: a drag or a wind acts along the others too
         answers["where"] = f"force mostly along {mark.along}{held_in}"
@@ -119,13 +125,20 @@ def first_answers(
     return answers
 
 
+def _places(effect: Mapping[str, Any]) -> list[str]:
+    """Return the drive, joint or link of the vehicle on which an effect acts; often none."""
+    values = effect.get("parameters", {})
+    found = [f"{name} {values[name]['value']:g}" for name in ("rotor", "joint") if name in values]
+    return [*found, *([f"link {effect['link']}"] if effect.get("link") else [])]
+
+
 def _untold(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
     """Return in one sentence what a log that cannot tell leaves open."""
     if data["stated_wrong"]:
         words = joined([str(n["words"]) for n in data["stated_wrong"]])
-        return f"The stated model is off, or an effect looks like it: {words}."
-    moved_little = ": the vehicle hardly moved where it matters" if diagnosis.answer.blind else ""
-    return f"This log cannot tell what is missing{moved_little}."
+        return f"The stated model is wrong, or an effect resembles this: {words}."
+    moved_little = ": the motion was too weak" if diagnosis.answer.blind else ""
+    return f"This log does not determine what is missing{moved_little}."
 
 
 def _when(diagnosis: Diagnosis, effect: Mapping[str, Any]) -> str:
@@ -152,15 +165,16 @@ def explanation(diagnosis: Diagnosis, data: Mapping[str, Any]) -> str:
         share, least = data.get("explained"), diagnosis.problem.policy.explained
         # other reasons than a poor fit refuse a name as well
         part = (
-            f" The best model of the library removes {percent(share)} of the misfit that could be "
-            "removed, too little for a name."
+            f" The best model of the library removes {percent(share)} of the removable misfit, "
+            "which "
+            "is too little to name an effect."
             if isinstance(share, float) and share < least and diagnosis.search.best.candidates
             else ""
         )
         return f"What is left: {reasons}.{part}"
     if verdict is Verdict.cannot_tell:
         wrong = " ".join(_wrong(n) for n in data["stated_wrong"])
-        clean = "That is no clean bill of health: such an effect may be there."
+        clean = "Such an effect may nevertheless be present."
         return f"In detail: {reasons}. {wrong or clean}"
     if verdict is Verdict.bad_data:
         return f"In detail: {reasons}."
@@ -173,7 +187,7 @@ def _wrong(number: Mapping[str, Any]) -> str:
     unit = str(number["unit"])
     return (
         f"{number['words']} ({number['what']}): stated {figure(number['stated'], unit)}, found "
-        f"{figure(number['found'], unit)}, {abs(number['sigma']):.1f} tolerances off."
+        f"{figure(number['found'], unit)}, {abs(number['sigma']):.1f} tolerances apart."
     )
 
 
@@ -187,8 +201,8 @@ def _strained(diagnosis: Diagnosis) -> str:
     parts = [f"{m.words} by {abs(m.sigmas):.1f} tolerances" for m in far]
     means = f": {joined(parts)}" if parts else ""
     return (
-        "Without it the model follows the log nearly as well, but only by moving data sheet "
-        f"values farther than they should{means}."
+        "Without it the model follows the log nearly as well, but only with implausible changes "
+        f"of data sheet values{means}."
     )
 
 
@@ -200,8 +214,8 @@ def _unseen(diagnosis: Diagnosis) -> str:
     if not best:
         return ""
     if not hidden:
-        return "Any effect of plausible size would have stood out in this log."
-    return f"An effect of plausible size would have stood out, except {joined(hidden)}."
+        return "Any effect of plausible size would have been detected in this log."
+    return f"An effect of plausible size would have been detected, except {joined(hidden)}."
 
 
 def next_steps(
@@ -218,29 +232,34 @@ def next_steps(
         alike = [s for s in data["ambiguous_with"] if len(s) > 1]
         if alike:
             others = joined([n for s in alike for n in s[1:]])
-            words.insert(0, f"One more flight would exclude {others}, or not.")
+            words.insert(0, f"A further flight decides whether {others} can be excluded.")
         words += dict.fromkeys(
             claim.candidate.identification.measurement
             for claim in diagnosis.answer.claims
             if claim.alike and claim.candidate.identification.data_sheet
         )
-        words.append("Add the effect to the model, then check it on a log that was never fitted.")
+        words.append("Add the effect to the model, then verify it on a log that was never fitted.")
         lines = [add, f"seals verify log=ANOTHER_LOG model=my_model{robot}"]
         return words, "\n".join([*lines, plan] if alike else lines)
     if verdict is Verdict.ambiguous:
         name = data["effects"][0]["name"]
-        words.append("Fly what tells them apart; or choose one yourself, which is then recorded.")
+        words.append(
+            "Fly the manoeuvre that distinguishes them; or choose one yourself, which "
+            "is then recorded."
+        )
         return words, f"{plan}\n{add} choose={name}"
     if verdict is Verdict.none_of_these:
-        words.append("Look at the missing force below: when, where and along which axis it acts.")
+        words.append("See the residual force below: when, where and along which axis it acts.")
         if law is not None:
-            words.append("You may accept the formula found for it, or write an effect of your own.")
+            words.append(
+                "Accept the formula that was fitted to it, or write an effect of your own."
+            )
             return words, f"{add} accept=formula"
-        words.append("Then describe it in an effect of your own.")
+        words.append("Then write an effect of your own for it.")
         return words, ""
     if verdict in (Verdict.cannot_tell, Verdict.bad_data):
         return _after_refusal(diagnosis, data, words)
-    words.append("Nothing to add. A livelier flight would test the model harder.")
+    words.append("Nothing to add. A flight with more motion would test the model more strictly.")
     return words, ""
 
 
@@ -256,11 +275,11 @@ def _after_refusal(
             f"seals diagnose {given_by(diagnosis)}"
         )
     if data["stated_wrong"]:
-        words.append("Measure these numbers again, or let the log say what they are.")
+        words.append("Measure these numbers again, or estimate them from the log.")
         return words, calibration_of(data["stated_wrong"], given_by(diagnosis))
     if diagnosis.answer.blind:
         plan = f"seals plan {typed('effects', list(diagnosis.answer.blind[:1]))}"
-        words.append("Fly again and move the vehicle more.")
+        words.append("Fly again with more motion.")
         return words, f"{plan} {given_by(diagnosis)}"
     exact = "Fly slower, or log at a higher rate: the model is not exact enough here."
     return [*words, exact], ""

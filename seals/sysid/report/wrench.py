@@ -171,11 +171,12 @@ def _caption(wet: NDArray[np.str_], after: Residual | None) -> str:
     seen = [name for name in REGIMES if (wet == name).any()]
     colours = "The colour is the medium of the vehicle" if len(seen) > 1 else "The vehicle is in"
     colours += f" ({', '.join(seen)}). " if len(seen) > 1 else f" {seen[0]} throughout. "
-    dark = "" if after is None else "Dark: residual force of the model after. "
+    dark = "" if after is None else "Dark: residual force with the final model. "
     return (
-        "How to read: the outside force and torque, in the vehicle's own axes, that would have to "
-        "be added to the model for it to follow the measurements. Shaded: two standard errors, "
-        f"including the uncertainty of the data sheet. {colours}{dark}Between the dashed "
-        "lines it may be gusts of the stated strength. A sensor fault shows up here, too, as an "
+        "External force and torque, in body axes, that would have to be added to the model for "
+        "it to "
+        "follow the measurements. Shaded: two standard errors, "
+        f"including the uncertainty of the data sheet. {colours}{dark}Values between the "
+        "dashed lines may be gusts of the stated strength. A sensor fault also appears here, as an "
         "apparent force."
     )

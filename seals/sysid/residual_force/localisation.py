@@ -34,8 +34,8 @@ class Localisation:
         exponents: of power laws of speed, throttle and height.
         spectrum: sinusoids in it.
         following: how it goes with the commands; None without actuators.
-        pull: a point that it points to or away from; None where nothing is missing.
-        spot: a place about which it acts; None where nothing is missing.
+        pull: a point that it points to or away from; None if nothing is missing.
+        spot: a place about which it acts; None if nothing is missing.
         signature: all of this in words.
         formula: a law of at most three terms; None when none explains anything.
         seconds: that it took.
@@ -107,8 +107,8 @@ def locate_residual_force(
     known = regimes(left, around)
     if not known:
         raise LogError(
-            f"the log is too short: a force that is left over has {len(left.time)} points in time, "
-            "too few to be judged.\nGive a longer log."
+            f"the log is too short: the residual force has {len(left.time)} points in time, "
+            "too few to be evaluated.\nGive a longer log."
         )
     lines = spectrum(found, around)
     toward = pull(found, around, left) if left.missing else None

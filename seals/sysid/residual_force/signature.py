@@ -28,7 +28,7 @@ from seals.sysid.residual_force.spot import Spot
 
 _SENSOR = 0.5
 """Share that any force could explain below which a sensor is suspected."""
-_AT_THE_FLOOR = "The misfit is that of noise alone: no share of it can be assigned to a force."
+_AT_THE_FLOOR = "The misfit is that of noise: no share of it can be attributed to a force."
 _PART = 0.15
 """Share from which on a dependence is worth a sentence."""
 _MORE = 0.05
@@ -91,7 +91,7 @@ def signature(given: Findings) -> Signature:
     left = given.residual
     if not left.missing:
         words = (
-            "No force stands out beyond gusts, noise and tolerances: misfit "
+            "No force exceeds gusts, noise and tolerances: misfit "
             f"{left.before:.2f} x the noise floor."
         )
         return Signature(sentences=(words,))
@@ -133,20 +133,20 @@ def _size(given: Findings) -> str:
         parts.append(
             f"a torque of about {whole.torque:.2g} N m ({whole.torque_ratio:.1f} x its error)"
         )
-    what = " and ".join(parts) or "no force that stands out over the whole log"
+    what = " and ".join(parts) or "no significant force over the whole log"
     return (
         f"Left over: {what}. Misfit {left.before:.2f} x the noise floor; "
-        f"with any force free {left.after:.2f} x."
+        f"with a free force {left.after:.2f} x."
     )
 
 
 def _sensor(left: Residual, jointed: bool) -> str:
     words = (
-        f"No force on the base explains it: any could explain "
+        f"No force on the base explains it: a free force explains at most "
         f"{_percent(left.ceiling, left.ceiling_sd)} of the misfit. "
     )
     if jointed:
-        return words + "Look at the joints and the links of the arm, or for a fault of a sensor."
+        return words + "Check the joints and the links of the arm, or look for a sensor fault."
     return words + (
         "The sensors disagree with each other: look for a bias, a scale, a misalignment or a delay."
     )
@@ -206,7 +206,7 @@ def _media(table: Sequence[Regime]) -> tuple[tuple[str, ...], str]:
     sizes = ", ".join(f"{n} {r.force:.2g} N ({r.force_ratio:.1f} x)" for n, r in seen.items())
     names = {"air": "in air", "entry": "at the surface", "water": "under water"}
     if not active:
-        return tuple(seen), f"No medium stands out: {sizes}."
+        return tuple(seen), f"No medium dominates: {sizes}."
     only = "Only " if len(active) < len(seen) else ""
     where = " and ".join(names[n] for n in active)
     words = f"{only}{where}: {sizes}."
@@ -245,17 +245,17 @@ def _actuators(given: Findings) -> list[tuple[float, str]]:
     if DRIVE in table and table[DRIVE].sure and table[DRIVE].share > _PART:
         won = table[DRIVE]
         words = (
-            f"Goes with the actuators' wrench: {100 * with_drive.scale:+.1f} +- "
+            f"Proportional to the wrench of the actuators: {100 * with_drive.scale:+.1f} +- "
             f"{100 * with_drive.scale_sd:.1f} % of it explains {_percent(won.share, won.share_sd)}."
         )
         out.append((won.share, words))
     late = table.get(DRIVE_RATE)
     if late is not None and late.sure and late.share > _PART and with_drive.delay > 0.0:
         words = (
-            f"Goes with the rate of the commanded wrench, as a response later by "
+            f"Proportional to the rate of the commanded wrench, like a response delayed by "
             f"{1e3 * with_drive.delay:.0f} +- {1e3 * with_drive.delay_sd:.1f} ms would: "
-            f"explains {_percent(late.share, late.share_sd)}; a controller that answers to the "
-            "force looks alike."
+            f"explains {_percent(late.share, late.share_sd)}; a controller that responds to the "
+            "force gives a similar result."
         )
         out.append((late.share, words))
     if abs(with_drive.peak) > 1.5 * with_drive.band:
@@ -279,13 +279,14 @@ def _places(given: Findings) -> list[tuple[float, str]]:
     where = f"{_vector(np.array(best.place))} +- {spread:.2f} m"
     if isinstance(best, Spot):
         words = (
-            f"Acts within about {best.spread:.2f} m of the place {where}, there "
+            f"Acts within about {best.spread:.2f} m of the position {where}, with "
             f"{_vector(np.array(best.force))} N in the world"
         )
     else:
         way = "toward" if best.strength > 0.0 else "away from"
         words = (
-            f"Points {way} the place {where}; its size goes as distance^{-best.power:.1f} "
+            f"Points {way} the position {where}; its size is proportional to "
+            f"distance^{-best.power:.1f} "
             f"+- {best.power_sd:.1f}"
         )
     return [(best.share, f"{words}; explains {_percent(best.share, best.share_sd)}.")]
@@ -297,7 +298,7 @@ def _line(given: Findings) -> list[tuple[float, str]]:
         return []
     unit = "N" if lines.axis.startswith("force") else "N m"
     words = (
-        f"Swings at {lines.peak:.2f} +- {max(lines.peak_sd, 0.005):.2f} Hz on {lines.axis}, "
+        f"Oscillates at {lines.peak:.2f} +- {max(lines.peak_sd, 0.005):.2f} Hz on {lines.axis}, "
         f"amplitude {lines.amplitude:.2g} {unit} (chance {lines.chance:.1g}); explains "
         f"{100 * float(np.clip(lines.share, 0.0, 1.0)):.0f} %."
     )

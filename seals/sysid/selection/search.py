@@ -19,8 +19,8 @@ H = TypeVar("H", bound=Hypothesis)
 class Refinement(Enum):
     """Kind of refinement: pairs, exchanges, or dropping of effects."""
 
-    exchange = "other effects in place of each one but the last"
-    pairs = "the likeliest effects two by two"
+    exchange = "other effects instead of each one except the last"
+    pairs = "the most probable effects in pairs"
     backward = "the same without one of its effects"
 
 

@@ -23,9 +23,9 @@ FORMULA = "formula"
 _GIVING = ("named", "ambiguous")
 """Verdicts of an answer that gives something to add."""
 _REFUSED = {
-    "nothing_missing": "nothing is missing, so there is nothing to add",
+    "nothing_missing": "nothing is missing, so there is no effect to add",
     "none_of_these": "no effect of the library explains the log",
-    "cannot_tell": "the log could not show what is missing",
+    "cannot_tell": "the log does not determine what is missing",
     "bad_data": "the log failed its data check",
 }
 T = TypeVar("T")
@@ -182,7 +182,7 @@ def load_answer(where: str | Path, *, key: str = KEY) -> tuple[Path, Answer]:
     if not path.is_file():
         raise ConfigError(
             f"{key}={where}: there is no {DIAGNOSIS}.\n"
-            "Give the folder that seals diagnose wrote: seals diagnose log=FOLDER out=FOLDER"
+            "Give the folder written by seals diagnose: seals diagnose log=FOLDER out=FOLDER"
         )
     try:
         raw = read_json(path)
@@ -230,7 +230,7 @@ def read_answer(
         advice = "Only the effects of a named or ambiguous answer can be added."
         if answer.formula is not None and answer.formula.text:
             found = answer.formula.text
-            advice = f"Take the formula found for it with accept={FORMULA}: {found}"
+            advice = f"Add the fitted formula with accept={FORMULA}: {found}"
         raise ConfigError(
             f"{path}: the verdict is {verdict}: {_REFUSED[verdict]}{f' ({why})' if why else ''}.\n"
             f"{advice}"
@@ -271,8 +271,8 @@ def noted_logs(logs: Mapping[str, str]) -> list[str]:
     for place, digest in logs.items():
         if not digest:
             raise ConfigError(
-                f"the diagnosis notes the log {place} without its checksum.\n"
-                "Say yourself which log it is of: log=FOLDER"
+                f"the diagnosis names the log {place} without its checksum.\n"
+                "Name its log: log=FOLDER"
             )
         if Path(place).exists() and log_digest(place) != digest:
             raise ConfigError(
@@ -291,7 +291,7 @@ def _formula(path: Path, answer: Answer, accept: str | None) -> FoundFormula | N
     if answer.verdict != "none_of_these" or answer.formula is None:
         raise ConfigError(
             f"accept={FORMULA}: {path} holds no formula, its verdict is {answer.verdict}.\n"
-            "Leave accept= out; a formula is found only when no effect explains the log."
+            "Leave accept= out; a formula is fitted only if no effect explains the log."
         )
     return answer.formula
 
@@ -300,10 +300,10 @@ def _chosen(answer: Answer, choose: str | None, key: str, plan: str) -> tuple[Fo
     names = [effect.name for effect in answer.effects]
     if choose is None:
         if answer.verdict == "ambiguous":
-            own = f", or take one on your own judgement: choose={names[0]}" if key == KEY else ""
+            own = f", or choose one yourself: choose={names[0]}" if key == KEY else ""
             raise ConfigError(
                 f"the diagnosis is ambiguous: {' or '.join(names)}.\n"
-                f"Plan a flight that tells them apart ({plan}){own}"
+                f"Plan a flight that distinguishes them ({plan}){own}"
             )
         return tuple(answer.effects)
     refuse_unlisted(choose, names, f"choose={choose}: the diagnosis does not contain it")

@@ -56,7 +56,7 @@ def add(config: Any) -> int:
     )
     answer, logs = finding.answer, finding.answer.tables
     if config.log is None and not logs:
-        raise ConfigError(f"{finding.file} does not say which log it is of.\nGive it: log=FOLDER")
+        raise ConfigError(f"{finding.file} does not name its log.\nGive it: log=FOLDER")
     given = given_logs(config, config.log or noted_logs(logs), noted=answer.without)
     if list(given.without) != list(answer.without):
         raise ConfigError(
@@ -76,13 +76,13 @@ def add(config: Any) -> int:
     for effect in finding.effects:
         if effect.active:
             print(
-                f"{effect.name} acts {timed_words(effect)} of the log; in the model it acts "
-                "throughout. Leave the effect out of runs before it begins or after it ends."
+                f"{effect.name} acts {timed_words(effect)} of the log; in the model it acts at "
+                "all times. Leave the effect out of runs before it begins or after it ends."
             )
     if finding.chosen:
-        print("The log cannot tell this effect from others: it was chosen by you.")
+        print("The log cannot distinguish this effect from others: it was chosen by the user.")
     if finding.formula is not None:
-        print(f"An unnamed force, accepted by you: {finding.formula.text}")
+        print(f"A force without a name, accepted by the user: {finding.formula.text}")
     command = f"seals verify log=ANOTHER_LOG {typed('model', option)}{given.robot_words}"
     print(f"Next, on a log that was not fitted:\n  {command}")
     return 0
@@ -97,7 +97,7 @@ def _refuse_more_than_data(overlay: Overlay) -> None:
             if role is not Role.data and getattr(part, name) != getattr(kind(), name):
                 raise ConfigError(
                     f"the diagnosis sets {name} of {kind.__name__}, which is not data.\n"
-                    "Diagnose the log again; answers set data only."
+                    "Diagnose the log again; answers set only data."
                 )
 
 
@@ -105,7 +105,7 @@ def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -
     """Refuse logs whose contents are not those that were diagnosed.
 
     Args:
-        diagnosed: paths with the SHA-256 of each table; empty where it is not known.
+        diagnosed: paths with the SHA-256 of each table; empty if it is not known.
         given: likewise.
 
     Raises:
@@ -199,7 +199,7 @@ def _commands(found: Verification, given: GivenLogs, problem: Problem) -> str:
         out += f"The flight that shows {' and '.join(effects)} best:\n  {command}\n"
     if numbers:
         command = f"seals calibrate {words} {typed('parameters', numbers)}"
-        out += f"Stated numbers that it changes, or that move in its place:\n  {command}\n"
+        out += f"To calibrate the stated numbers that it changes or resembles:\n  {command}\n"
     return out
 
 

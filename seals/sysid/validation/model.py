@@ -187,7 +187,7 @@ def _moved(
         parameter = candidate_set.parameters.get(key)
         if parameter is None:
             raise ConfigError(
-                f"nominal: '{key}' is not a property that a diagnosis may move.\n"
+                f"nominal: '{key}' is not a property that a diagnosis may change.\n"
                 f"{suggestion(key, candidate_set.parameters)}"
             )
         low, high = parameter.bounds

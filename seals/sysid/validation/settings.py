@@ -22,12 +22,12 @@ class AddSettings(GivenLogsSettings):
     Logs and what was left out of the stated model are those of the diagnosis, unless given.
 
     Args:
-        diagnosis: folder that ``seals diagnose`` wrote, or the file in it.
+        diagnosis: folder written by ``seals diagnose``, or its ``diagnosis.json``.
         name: of the new model.
-        folder: in which models lie.
-        base: model whose effects the new one keeps; a name or a file, or None.
+        folder: folder of the models.
+        base: model whose effects are included, as a name or a file, or None.
         choose: which effect of an ambiguous answer to add, or None.
-        accept: ``formula`` to add the formula found for a force that no effect explains, or None.
+        accept: ``formula`` to add the formula that was fitted to an unexplained force, or None.
         replace: whether a model of this name may be overwritten.
     """
 
@@ -47,10 +47,10 @@ class VerifySettings(GivenLogsSettings):
 
     Args:
         name: of the verification, part of the run folder's name.
-        model: the model, chosen by name or file.
+        model: name or file of the model.
         older: further log folders of the same vehicle.
-        out: folder of the answer, or None for the run's folder.
-        force: whether to take a model that was withdrawn.
+        out: folder of the results, or None for the run's folder.
+        force: whether to use a model that was withdrawn.
     """
 
     name: str = "verify"

@@ -106,12 +106,12 @@ def _reason(overlay: Overlay, ablation: Ablation, older: Sequence[Ablation]) -> 
         below = f", {without.level:.3g} -> {after:.3g}" if len(overlay.parts) == 1 else ""
         return (
             f"on {ablation.name} the error did not fall by {' and '.join(idle)}{below}; "
-            "only the nominal values helped"
+            "only the stated numbers improved the fit"
         )
     if ablation.edge is not None and ablation.alone is not None and ablation.edge.value <= 0.0:
         return (
-            f"on {ablation.name} calibrated nominal values alone, priced by their tolerances, "
-            f"do as well ({ablation.alone.level:.3g} against {after:.3g})"
+            f"on {ablation.name} calibrated stated numbers alone, penalised by their tolerances, "
+            f"are equally good ({ablation.alone.level:.3g} against {after:.3g})"
         )
     for old in older:
         if old.regression:
@@ -128,7 +128,7 @@ def sentences(found: Verification) -> list[str]:
     if found.fitted:
         lines.append(
             f"This log was used in the fit of '{name}': it shows that the model fits, "
-            "not that it holds. Verify on another log."
+            "but not that it is valid. Verify on another log."
         )
     if found.withdrawn:
         lines.append(f"Withdrawn: {found.withdrawn}.")
@@ -142,13 +142,13 @@ def sentences(found: Verification) -> list[str]:
     if not found.withdrawn and ablation.last.level > NEAR:
         lines.append(
             f"{ablation.last.level:.3g} is above the noise floor: an effect is still missing, or "
-            "the one added resembles the true one without being it."
+            "the added effect only resembles the true one."
         )
     if ablation.alone is not None:
         lines.append(
             "For comparison: the stated numbers fitted without the effects reach "
-            f"{ablation.alone.level:.3g} times the noise floor. If that were as low, only the "
-            "tolerances would favour the effects."
+            f"{ablation.alone.level:.3g} times the noise floor. If this value were equally low, "
+            "only the tolerances would favour the effects."
         )
     for old in found.older:
         verb = "worse" if old.regression else "better" if old.total.certain else "no worse"

@@ -187,9 +187,10 @@ def _model_of(finding: Finding) -> AnswerModel:
     found = (finding.answer.models or {}).get(own)
     if found is None:
         raise ConfigError(
-            f"{finding.file} holds no model of {own}: an earlier version wrote it, or it compares "
+            f"{finding.file} contains no model of {own}: an earlier version wrote it, or it "
+            "compares "
             "a flight with healthy ones.\n"
-            "Diagnose the log again, by itself: seals diagnose log=FOLDER out=FOLDER"
+            "Diagnose the log again, separately: seals diagnose log=FOLDER out=FOLDER"
         )
     refuse_references(plain(found), where=str(finding.file))
     return found
@@ -215,7 +216,7 @@ def write_overlay(
         option: value of ``model=`` that takes it.
         content: of the file.
         robot: word of the command line that gives the robot, behind a blank.
-        given: the same and what is left out of the stated model; empty where the log describes its
+        given: the same and what is left out of the stated model; empty if the log describes its
             vehicle.
     """
     import yaml
@@ -294,7 +295,8 @@ def _provenance(
     if finding.formula is not None:
         out["accepted"] = f"a formula without a name, by the user: {finding.formula.text}"
     if finding.chosen:
-        out["chosen"] = f"{finding.names[0]}, picked by the user among what the log cannot tell"
+        why = "chosen by the user among effects that the log cannot distinguish"
+        out["chosen"] = f"{finding.names[0]}, {why}"
     if base:
         out["base"] = {"name": base.get("name"), **(base.get("provenance") or {})}
     return out

@@ -43,12 +43,12 @@ def execute(config: Any) -> int | None:
         chosen = getattr(settings, kind)
         if not hasattr(chosen, needed):
             raise ConfigError(
-                f"{kind}={type(chosen).__name__.lower()} takes no autopilot.\n"
+                f"{kind}={type(chosen).__name__.lower()} cannot be used with an autopilot.\n"
                 f"Leave it out, or give {kind}={usual}"
             )
     if not settings.actuators:
         raise ConfigError(
-            "robot: it has no actuators, so an autopilot has nothing to command.\n"
+            "robot: it has no actuators, so there is nothing for an autopilot to command.\n"
             "Give a robot with rotors or thrusters, such as robot=hexacopter or robot=auv"
         )
     link = _open_link(config, settings.time.step)
@@ -110,5 +110,5 @@ def _fly(
     changes = {"script": str(path.resolve()), **controller.settled()}
     keep_session(folder, config, record, own=OWN, section="controller", changes=changes)
     if record.ending is Ending.done:
-        print(f"the same again: seals run {typed('repeat', str(short_path(folder)))}")
+        print(f"to repeat: seals run {typed('repeat', str(short_path(folder)))}")
     return record

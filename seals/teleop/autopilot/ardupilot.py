@@ -71,7 +71,7 @@ class ArduPilot:
         host: address to listen on.
         port: to listen on.
         timeout: silence that ends the session [s].
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
         step: of the simulation [s].
         allowed: address of the autopilot; None for any in a private network.
     """
@@ -115,7 +115,7 @@ class ArduPilot:
         wanted, own = frame.rate, 1.0 / self._step
         if abs(wanted - own) > 1.0:
             print(
-                f"the autopilot asks for {wanted} steps a second, the run takes {own:.6g}: set "
+                f"the autopilot requests {wanted} steps a second, the run uses {own:.6g}: set "
                 f"SIM_RATE_HZ {own:.0f}, or time.step={1.0 / max(wanted, 1):.6g}"
             )
 
@@ -193,7 +193,7 @@ class ArduPilot:
         try:
             self._ear.sendto(self._said, self._peer)
         except OSError as error:  # it may be out of reach for a while, and asks again
-            self.refusals.say("an answer that did not leave", f"({error.strerror or error})")
+            self.refusals.say("a reply that could not be sent", f"({error.strerror or error})")
 
     def _repeat(self) -> None:
         """Answer a frame that came again, so often in a second."""
@@ -204,7 +204,7 @@ class ArduPilot:
         if self._again <= MOST_AGAIN:
             self._send()
         else:
-            self.refusals.say(f"a frame that comes again more than {MOST_AGAIN} times a second")
+            self.refusals.say(f"a frame that is repeated more than {MOST_AGAIN} times a second")
 
     def _refuse_second(self, peer: Any) -> None:
         self.refusals.say("a frame of a second autopilot", f"at {peer[0]}:{peer[1]}")

@@ -153,7 +153,9 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
         ConfigError: the address cannot be had.
     """
     if not 0 <= port < 1 << 16:
-        raise ConfigError(f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any")
+        raise ConfigError(
+            f"port={port} is not allowed.\nAllowed: 1024 to 65535, or 0 for any free port"
+        )
     ear = socket.socket(socket.AF_INET, kind)
     try:
         if kind == socket.SOCK_STREAM:
@@ -162,14 +164,14 @@ def listen(kind: socket.SocketKind, host: str, port: int) -> socket.socket:
     except OSError as error:
         ear.close()
         raise ConfigError(
-            f"host={host} port={port} cannot be listened on: {error.strerror or error}.\n"
-            "End the other program there, or choose another: port=NUMBER"
+            f"host={host} port={port} cannot be opened: {error.strerror or error}.\n"
+            "End the program that uses it, or choose another: port=NUMBER"
         ) from error
     return ear
 
 
 def allowed_peer(address: str | None) -> str | None:
-    """Return the address that an autopilot shall have, as it was told.
+    """Return the address of the autopilot as configured.
 
     Raises:
         ConfigError: it is not an address.
@@ -179,7 +181,7 @@ def allowed_peer(address: str | None) -> str | None:
     except ValueError as error:
         raise ConfigError(
             f"peer={address} is not an address.\n"
-            "Allowed: that of the machine of the autopilot, such as peer=203.0.113.7"
+            "Allowed: the address of the machine of the autopilot, such as peer=203.0.113.7"
         ) from error
 
 
@@ -203,7 +205,7 @@ def admitted(address: str, allowed: str | None) -> bool:
 def silent(where: str, timeout: float, start: str) -> ConfigError:
     """Return the refusal that no autopilot spoke."""
     return ConfigError(
-        f"no autopilot spoke to {where} within {timeout:g} s.\n"
+        f"no autopilot connected to {where} within {timeout:g} s.\n"
         f"Start it first, or wait longer: {start}; timeout=SECONDS"
     )
 

@@ -48,7 +48,7 @@ class Px4:
         host: address to listen on.
         port: to listen on.
         timeout: silence that ends the session [s].
-        speed: simulated seconds in one second of the clock, 0 for no limit.
+        speed: simulated seconds per second of real time, 0 for no limit.
         step: of the simulation [s].
         hil: sensors and origin.
         seed: of the sensors' noise.
@@ -112,7 +112,10 @@ class Px4:
                 )
                 wire.close()
             elif self._foreign(wire):
-                self.refusals.say("a web page, or who left at once", f"from {peer[0]}:{peer[1]}")
+                self.refusals.say(
+                    "a web page, or a client that disconnected immediately",
+                    f"from {peer[0]}:{peer[1]}",
+                )
                 wire.close()
             else:
                 self._wire = wire
@@ -254,7 +257,7 @@ class Px4:
         for message in self._ears.parse_buffer(raw) or []:
             kind = message.get_type()
             if kind == "BAD_DATA":
-                self.refusals.say("bytes that are no message of MAVLink")
+                self.refusals.say("bytes that are not a MAVLink message")
             elif kind == "HIL_ACTUATOR_CONTROLS":
                 if message.time_usec + 0.5e6 * self._step < stamp and self.frames:
                     self.refusals.say("controls that are older than the sensors' readings")

@@ -73,10 +73,10 @@ class AutopilotSettings(RunSettings):
     Args:
         protocol: protocol of the autopilot.
         host: address to listen on; the default is open to this machine alone.
-        port: port to listen on, 0 for any that is free; absent for the protocol's own.
+        port: port to listen on, 0 for any free port; by default that of the protocol.
         peer: address of the autopilot; absent for any of this machine or of a private network.
-        timeout: silence of the autopilot that ends the run [s].
-        speed: simulated seconds in one second of the clock, at most; 0 for no limit.
+        timeout: time without a packet from the autopilot that ends the run [s].
+        speed: simulated seconds per second of real time, at most; 0 for no limit.
         hil: sensors for PX4.
     """
 

@@ -221,7 +221,7 @@ def photographer_of(renderer: Any) -> Photographer:
     if isinstance(renderer, Renderer):
         return Drawn(renderer)
     raise ConfigError(
-        f"renderer '{type(renderer).__name__}' draws no frames.\n"
+        f"renderer '{type(renderer).__name__}' renders no frames.\n"
         f"{suggestion('', names('viewer'), label='Installed')}"
     )
 
@@ -284,11 +284,11 @@ def _unseen(shooting: Shooting, settings: RenderSettings) -> list[str]:
     best = max(presets, key=share)
     better = share(best)
     lines = [
-        f"camera: the robot is in the picture in {len(seen) - len(missed)} of {len(seen)} frames "
-        f"looked at; out of it first at {missed[0]:.2f} s"
+        f"camera: the robot is in the picture in {len(seen) - len(missed)} of {len(seen)} sampled "
+        f"frames; first out of view at {missed[0]:.2f} s"
     ]
     if better > 1.0 - len(missed) / len(seen):
-        lines.append(f"  camera={best} has it in {100.0 * better:.0f} %; replace=true draws anew")
+        lines.append(f"  camera={best} shows it in {100.0 * better:.0f} %; replace=true draws anew")
     return lines
 
 
@@ -324,8 +324,8 @@ def _folder(settings: RenderSettings, target: str) -> Path:
     found = run / FOLDER / f"{kind}_{settings.quality.value}_{camera}"
     if not found.resolve().is_relative_to(run.resolve()):
         raise ConfigError(
-            f"{found} leads out of the folder of its run, to {found.resolve()}.\n"
-            "Say where the frames shall be written: out=FOLDER"
+            f"{found} leads outside the folder of its run, to {found.resolve()}.\n"
+            "Name a folder for the frames: out=FOLDER"
         )
     return found
 

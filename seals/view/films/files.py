@@ -54,8 +54,8 @@ def write_film(path: Path, frames: Sequence[Path], fps: float) -> None:
     name = next((c for c in ("libx264", "libopenh264", "mpeg4") if c in av.codecs_available), None)
     if name is None:
         raise MissingExtra(
-            "film: this build of PyAV has no codec for MP4; the frames are there.\n"
-            "Install the usual one: pip install 'aam-seals[render]'; or give film=false"
+            "film: this build of PyAV has no codec for MP4; the frames were written.\n"
+            "Install the standard build: pip install 'aam-seals[render]'; or give film=false"
         )
     with atomic_path(path) as beside, av.open(str(beside), mode="w") as container:
         stream = container.add_stream(name, rate=Fraction(fps).limit_denominator(1000))
@@ -101,7 +101,7 @@ class Frames:
                 changed = [k for k in wanted if known.get(k) != wanted[k]] or ["another version"]
                 raise ConfigError(
                     f"{folder} holds frames of another film: {', '.join(changed)} differ.\n"
-                    "Write elsewhere with out=FOLDER, or over them with replace=true"
+                    "Choose another folder with out=FOLDER, or overwrite them with replace=true"
                 )
             for path in folder.glob("frame_*.png"):
                 path.unlink()

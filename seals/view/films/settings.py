@@ -32,28 +32,28 @@ class RenderSettings:
     Args:
         name: of the film, part of the folder's name.
         run: folder of the run.
-        out: folder of the frames and the film; None for one in the run's folder.
+        out: folder of the frames and the film; None for a folder in the run's folder.
         renderer: viewer plug-in that draws.
         quality: size and samples of the frames.
         camera: ``side``, ``three_quarter``, ``split``, ``under_water``, or a place [x, y, z] [m].
-        look_at: what the camera looks at [m]; empty for the middle of the robot's way.
-        follow: whether the camera goes along with the robot; None: a preset does where the way is
-            wide for a robot of its size.
+        look_at: point that the camera looks at [m]; empty for the middle of the robot's path.
+        follow: whether the camera follows the robot; None: a preset follows if the path is long
+            compared with the robot.
         fov: horizontal field of view [rad].
         port: radius of the dome in front of the lens [m]: water begins where a line of sight
             leaves it.
         width: width of a frame [pixel]; 0 for that of the quality, 480 or 1280.
         height: height of a frame [pixel]; 0 for that of the quality, 300 or 800.
-        fps: frames in a second of the film [Hz].
-        speed: simulated seconds in a second of the film [1]; below one is slow motion.
+        fps: frames per second of the film [Hz].
+        speed: simulated seconds per second of the film [1]; below one is slow motion.
         start: time of the first frame [s].
-        end: time after which no frame is drawn [s]; None for the end of the run.
-        water_type: Jerlov's type of the water; None for the run's own, ``coastal_1`` where it has
+        end: time of the last frame [s]; None for the end of the run.
+        water_type: Jerlov type of the water; None for that of the run, or ``coastal_1`` if it has
             none.
-        exposure: factor on the light of the picture [1]; None for 2 with the camera
+        exposure: factor for the brightness of the picture [1]; None for 2 with the camera
             ``under_water``, 1.4 with ``split``, else 1.
-        ripples: wind speed of small waves that are drawn only, without force [m/s]; None for the
-            run's own, which are none as a rule.
+        ripples: wind speed of small waves that are only drawn, without force [m/s]; None for those
+            of the run, usually none.
         film: whether to write the film beside the frames.
         replace: whether frames of another film in the same folder may be removed.
     """

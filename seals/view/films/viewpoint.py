@@ -61,7 +61,7 @@ class Viewpoint(NamedTuple):
         if length < 1e-6:
             raise ConfigError(
                 f"camera and look_at are both {np.round(target, 3).tolist()}.\n"
-                "Give two places that differ."
+                "Give two different positions."
             )
         ahead = ahead / length
         # straight up or down: north is the upper edge

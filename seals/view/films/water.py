@@ -74,8 +74,8 @@ class WaterOverTime:
         )
         if fluid is not None and not self.meshes.files:
             self.remarks.append(
-                "water: the run kept no surface of its particles, so the sea is drawn as its "
-                "waves alone; run it with surface=0.04"
+                "water: the run stored no surface of its particles, so only the waves of the "
+                "sea are drawn; run it with surface=0.04"
             )
 
     def at(self, time: float) -> WaterBody | None:

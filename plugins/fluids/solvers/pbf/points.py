@@ -105,7 +105,7 @@ def weigh(
 
 
 def plane_normals(points: Array, spacing: float) -> Array:
-    """Return the normal of the sheet around every point, of either sign; zero where there is none.
+    """Return the normal of the sheet around every point, of either sign; zero if there is none.
 
     Args:
         points: samples of a surface [m], shape (b, 3).

@@ -196,7 +196,7 @@ class Near:
     One loop serves both: ``for c in range(near.columns)`` runs once over a list, or over the nine
     columns of cells around the point; inside of it ``for k in range(first, last)`` with the range
     of `water`, `walls` or `around`, and ``near.member(i, k)`` or ``near.found(s, k)`` is who it is.
-    Cells also give the point's own particle and what is out of reach.
+    Cells also give the point's own particle and what cannot be commanded.
 
     Args:
         particles: their lists.

@@ -104,7 +104,7 @@ class Pressure:
                     j, ahead = ahead, self.near.member(i, k + 1)
                 e = q - self.p.place[1].get(j).xyz
                 r2 = e.norm_sqr()
-                # cells also hold the particle itself and what is out of reach, lists do not
+                # cells also hold the particle itself and what cannot be commanded, lists do not
                 if ti.static(self.listed) or (j != i and r2 < self.support2):
                     w, g = self.kernel.both(r2)
                     rho += w
