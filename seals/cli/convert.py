@@ -103,7 +103,9 @@ def execute(config: Any) -> int:
     # anything but a log folder is kept
     marks = (out / name for name in (*TABLES, "meta.yaml"))
     if out.exists() and not (out.is_dir() and any(mark.is_file() for mark in marks)):
-        raise ConfigError(f"out={out} is not a log folder, so it is not overwritten.\nChoose another name.")
+        raise ConfigError(
+            f"out={out} is not a log folder, so it is not overwritten.\nChoose another name."
+        )
     reader = build(_with_map(config), where="reader")
     given = read_yaml(config.meta) if config.meta else {}
     meta = {key: value for key, value in given.items() if key not in _HEAD}

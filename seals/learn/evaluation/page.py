@@ -81,9 +81,13 @@ def sentences(judgements: Sequence[EvaluationResult]) -> list[str]:
         share = other.share()
         who = _label(other) if not other.world else f"the same in the world '{other.world}'"
         if own.low > share.high:
-            out.append(f"{_label(first)} succeeds more often than {who}: the intervals do not overlap.")
+            out.append(
+                f"{_label(first)} succeeds more often than {who}: the intervals do not overlap."
+            )
         elif own.high < share.low:
-            out.append(f"{_label(first)} succeeds less often than {who}: the intervals do not overlap.")
+            out.append(
+                f"{_label(first)} succeeds less often than {who}: the intervals do not overlap."
+            )
         else:
             out.append(f"{_label(first)} and {who}: no difference is shown, the intervals overlap.")
     return out

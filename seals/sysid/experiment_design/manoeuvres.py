@@ -215,7 +215,12 @@ def _drops(name: str, words: str, *releases: tuple[float, float, float]) -> Mano
 LIBRARY = (
     _made(hover, "hover", 12.0, "hold place and heading"),
     _made(steps, "steps", 18.0, "fast steps forwards, sideways and backwards", _MOVING),
-    _made(_two_speeds, "two speeds", 26.0, "straight ahead slowly, back fast, and once at medium speed"),
+    _made(
+        _two_speeds,
+        "two speeds",
+        26.0,
+        "straight ahead slowly, back fast, and once at medium speed",
+    ),
     _made(heave, "heave", 14.0, "up and down as fast as is safe"),
     _made(_chirp, "vertical chirp", 15.0, "up and down, from slow and large to fast and small"),
     _made(_sideways_chirp, "sideways chirp", 15.0, "back and forth, from slow and large to fast"),
