@@ -300,8 +300,8 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "files that a recording would replace": Guard(
         "seals.learn.demonstrations.application",
-        "if config[key] and os.path.lexists(str(config[key])):",
-        "if False:",
+        "            refuse_taken(str(config[key]), key=key)\n",
+        "            pass\n",
         REFUSALS,
         "record",
         "torchrl",

@@ -71,7 +71,7 @@ class Checkpoints(Recorder):
 
     def clear(self) -> None:
         """Remove the last checkpoint, after the run is complete."""
-        _remove_checkpoint(self.folder.parent)
+        remove_checkpoint(self.folder.parent)
 
 
 def interval_of(settings: RunSettings) -> float:
@@ -293,7 +293,7 @@ def has_checkpoint(run: Path) -> bool:
     return (_last(run) / STATE).is_file()
 
 
-def _remove_checkpoint(run: Path) -> None:
+def remove_checkpoint(run: Path) -> None:
     """Remove the checkpoint of a run that is complete or restarted."""
     folder, before = run / FOLDER, _before(run / FOLDER)
     shutil.rmtree(before, ignore_errors=True)

@@ -141,7 +141,7 @@ def test_an_object_walks_by_the_gait_that_the_run_names() -> None:
         ("robot: crab, guide: flea", "flee"),
         ("robot: crab, guide: {guide: flee, alarmm: 1.0}", "alarm"),
         ("robot: crab, guide: 3", "the name of a guide"),
-        ("robot: cube, guide: freeze", "neither the run nor 'cube' says which"),
+        ("robot: cube, guide: freeze", "neither the run nor 'cube' names one"),
         ("robot: crab, controller: {highest: -1.0}", "highest"),
     ],
 )

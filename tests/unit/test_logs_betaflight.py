@@ -60,7 +60,7 @@ def test_other_units_of_the_decoder(tmp_path: Path) -> None:
 def test_counts_need_their_size(tmp_path: Path) -> None:
     """Without units numbers are counts; their size is asked for, with the command."""
     raw = table("", "", 2048.0)
-    with pytest.raises(LogError, match=r"no unit.*\nDecode it so: blackbox_decode --unit-rotation"):
+    with pytest.raises(LogError, match=r"no unit.*\nDecode it by blackbox_decode --unit-rotation"):
         _read(tmp_path, raw)
     log = _read(tmp_path, raw, gyro_scale=1.0, acc_1g=2048.0)
     assert log.channel("angular_velocity")[0] == pytest.approx(np.radians([180.0, 90.0, 45.0]))

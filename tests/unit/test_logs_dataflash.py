@@ -202,7 +202,7 @@ def test_broken_files_are_refused(tmp_path: Path) -> None:
         _read(tmp_path, columns={"BRO/Press": "pressure"})
     with pytest.raises(LogError, match="Did you mean 'BAlt'"):
         _read(tmp_path, columns={"CTUN/Balt": "depth"})
-    with pytest.raises(LogError, match="holds text"):
+    with pytest.raises(LogError, match="contains text"):
         _read(tmp_path, columns={"MSG/Message": "depth"})
 
 

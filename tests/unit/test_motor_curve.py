@@ -89,7 +89,7 @@ def test_voltage_and_order_of_the_motors() -> None:
         ({"comand": "pwm"}, "Did you mean 'command'"),
         ({"command": "pwms"}, "Did you mean 'pwm'"),
         ({"range": [2000, 1000]}, "low,high"),
-        ({"points": [[0, 0], [1, -5]]}, "rising"),
+        ({"points": [[0, 0], [1, -5]]}, "increasing"),
         ({"thrust_factor": 3}, "0 to 1"),
         ({"order": [1, 2]}, "motors.order"),
         ({"order": [1, 2, 3, 9]}, "motors.order"),

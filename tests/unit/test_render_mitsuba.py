@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals import child_process
 from seals.errors import ConfigError, MissingExtra, PhysicsError
 from seals.plugins.viewers.mitsuba import RendererMitsuba
 from seals.plugins.viewers.mitsuba import renderer as denoising
@@ -212,7 +213,7 @@ def test_a_variant_that_aborts_is_said_in_words(monkeypatch: pytest.MonkeyPatch)
         return subprocess.CompletedProcess((), -6, "", "LLVM ERROR: Cannot select: fminimum\n")
 
     variants.trial.cache_clear()
-    monkeypatch.setattr(variants.subprocess, "run", aborted)
+    monkeypatch.setattr(child_process.subprocess, "run", aborted)
     with pytest.raises(PhysicsError, match=r"signal 6.*fminimum") as refusal:
         mitsuba(Variant.llvm_ad_rgb)
     assert "scalar_rgb" in str(refusal.value)
@@ -227,7 +228,7 @@ def test_a_trial_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
         raise subprocess.TimeoutExpired("python", 120.0)
 
     variants.trial.cache_clear()
-    monkeypatch.setattr(variants.subprocess, "run", slow)
+    monkeypatch.setattr(child_process.subprocess, "run", slow)
     assert "longer than" in variants.trial("cuda_ad_rgb")
     variants.trial.cache_clear()
 

@@ -21,7 +21,7 @@ def findings(ceiling: float, spread: float) -> Findings:
 
 @pytest.mark.parametrize(
     ("ceiling", "spread", "said"),
-    [(0.0, 1.0, "noise alone"), (0.1, 0.1, "sensors disagree")],
+    [(0.0, 1.0, "that of noise"), (0.1, 0.1, "sensors disagree")],
 )
 def test_sensors_are_blamed_only_for_what_is_there(
     ceiling: float, spread: float, said: str

@@ -93,7 +93,7 @@ BROKEN: dict[str, tuple[bytes, str]] = {
     "blank": (b" \n\t ", "is empty"),
     "not XML": (b"links: [base]\n", "cannot be read"),
     "cut off": (robot(BASE)[:-20], "cannot be read as XML"),
-    "another document": (b"<sdf version='1.7'><model/></sdf>", "holds a <sdf>, not a <robot>"),
+    "another document": (b"<sdf version='1.7'><model/></sdf>", "contains a <sdf>, not a <robot>"),
     "no links": (robot(""), "has no links"),
     "huge": (robot(BASE) + b" " * 6_000_000, "6000"),
     "many links": (robot(CHAIN), "601 links"),
@@ -234,7 +234,7 @@ def test_hull_mesh_outside_the_folder(
     text = f"urdf: broken.urdf\nhulls: {hull}\n"
     (folder / "robot.yaml").write_text(text, encoding="utf-8")
     assert main(["run", f"robot={folder}"]) == 2
-    assert "lies outside" in capfd.readouterr().err
+    assert "is outside" in capfd.readouterr().err
 
 
 def test_refusal_through_the_process(make: Callable[[bytes], Path]) -> None:
