@@ -278,7 +278,11 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "seals.terminal", "except UnicodeEncodeError:", "except KeyError:", SMALL, "few_signs"
     ),
     "whom a repeated run talks to": Guard(
-        "seals.run.replay_config", "        config.live = None\n", "", SMALL, "in_silence"
+        "seals.run.replay_config",
+        '{**_read(folder, key), "live": None}',
+        "_read(folder, key)",
+        SMALL,
+        "in_silence",
     ),
     "places where folders are prepared": Guard(
         "seals.scaffold.writing",
