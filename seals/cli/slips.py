@@ -98,7 +98,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
     Example:
         >>> refuse_slips("run", ["out="])
         Traceback (most recent call last):
-        seals.errors.ConfigError: out= names no folder; the files here would be overwritten.
+        seals.errors.ConfigError: out= does not name a folder; the files here would be overwritten.
         Give one: out=FOLDER, or leave it out: runs/DAY/TIME_NAME is new.
     """
     for word in words:

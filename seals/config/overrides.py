@@ -138,7 +138,7 @@ def refuse_dangerous(
         >>> refuse_dangerous(["env=reach", "~effects.slamming"], where="card.json", remedy="")
         >>> refuse_dangerous(["hydra.run.dir=/"], where="card.json", remedy="Remove it.")
         Traceback (most recent call last):
-        seals.errors.ConfigError: card.json asks for 'hydra.run.dir=/', which no training writes.
+        seals.errors.ConfigError: card.json contains 'hydra.run.dir=/', which no training writes.
         Remove it.
     """
     if sum(map(len, words)) > MOST_SIGNS:

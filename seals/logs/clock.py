@@ -66,7 +66,7 @@ def remark(clock: Mapping[str, Any]) -> str:
 
     Example:
         >>> remark({"unit": "ms", "start": 2.5})
-        'the stamps stand in ms and were converted to s; the first is 2.5 s.'
+        'the time stamps are in ms and were converted to s; the first is 2.5 s.'
     """
     return f"the time stamps are in {clock['unit']} and were converted to s; the first is " + (
         f"{float(clock['start']):.10g} s."

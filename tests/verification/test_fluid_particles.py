@@ -152,7 +152,7 @@ def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     words = [*TANK, "robot=ball", "time.duration=0.02", "+fluid.gauges.side=[0.2,0.2]"]
     settings = run_settings(words)
     (remark,) = find_unused(settings, words)
-    assert "water_drag, spin_drag, added_mass, slamming of ball rest" in remark
+    assert "water_drag, spin_drag, added_mass, slamming of ball are disabled" in remark
     record = simulate(settings)
     assert record.error is None
     assert set(record.ledger.effects) == {"gravity", "air_drag", "particles"}
