@@ -46,7 +46,7 @@ HOSTILE: dict[str, tuple[str, str]] = {
     "a large result": (LINK.format("${'a' * 6 * 10**6}"), "it expands to 6,"),
     "the environment": (LINK.format("$(env SECRET)"), "SECRET"),
     "the environment, or not": (LINK.format("$(optenv SECRET none)"), ""),
-    "the environment by eval": (LINK.format("$(eval env('SECRET'))"), "Environment variables are not"),
+    "the environment by eval": (LINK.format("$(eval env('SECRET'))"), "Environment variables"),
     "inner names by eval": (LINK.format("$(eval x._y)"), "is not a valid name"),
     "inner names": (LINK.format("${(1).__class__}"), "is not a valid name"),
     "settings elsewhere": (
