@@ -221,12 +221,15 @@ def _not_falling(
     Nothing that matters is missing where the stated model keeps every channel in its band. Gusts
     that may be admitted do as well as a flow whose steady part is small.
     """
-    best = search.best
+    best, least = search.best, 100.0 * problem.policy.error_falls
     if all(e.stated <= e.band for e in open_answer.channels.errors):
         return _quiet(problem, search, open_answer)
-    words = f"no error falls from the stated model to the one with {best.label}"
+    words = (
+        f"the held-out error decreases by less than {least:.2g} % from the stated model to the one "
+        f"with {best.label}"
+    )
     if any(c.identification.gusty for c in best.candidates):
-        words += ": what is steady of the flow is little beside its gusts"
+        words += ": the steady part of the flow is small compared with its gusts"
         return open_answer.ended(Verdict.none_of_these, words)
     return open_answer.ended(Verdict.cannot_tell, words)
 
