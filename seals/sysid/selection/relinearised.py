@@ -156,10 +156,10 @@ def along_own_trajectory(
     error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
     if not np.isfinite(error).all():
         return hypothesis
-    late = fitter.candidate_set.sensor_delay
-    at = {**fitter.at, **{k: fit.values[k] for k in fit.keys}, late: fitter.windows.delay}
-    moved, level = fitter.trajectory.moved(error), fitter.windows.gusts
-    fitter = linearise_model(fitter.plant, moved, at, gusts=level)
+    delay, level = fitter.windows.delay, fitter.windows.gusts
+    late = {fitter.candidate_set.sensor_delay: delay} if delay else {}
+    moved = fitter.trajectory.moved(error)
+    fitter = linearise_model(fitter.plant, moved, {**fitter.at, **late}, gusts=level)
     found = replace(fitter.fit(fit.free, start=fit.values), known=fit.known)
     if nominal is None:
         repeated = EvidenceHypothesis(candidates=(), fit=found, fitter=fitter, score=0.0)
