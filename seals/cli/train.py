@@ -17,10 +17,9 @@ FREE = ("course", "threads", "film", "track")
 """Keys that a training taken up again may change."""
 FIRST = (
     "env=hover_wind",
-    "learner=ppo",
-    "course.steps=400000",
+    "learner=ppo_hover",
+    "course.steps=200000",
     "course.look_every=20000",
-    "course.episodes=50",
     "course.log_every=20000",
 )
 """The first policy: what is trained where no word names an environment or a learner."""

@@ -85,7 +85,11 @@ def test_a_task_that_returns_no_number_is_refused(backend: str, law: str) -> Non
     [
         ("scripted_policy", lambda now: now.position * 0.0 + 2.0, "actions of size 2"),
         ("observation", lambda now: now.position, r"observation returns shapes \[\(5, 3\)\]"),
-        ("distance", lambda now: now.time[:, 0] * math.nan, "(reward|distance) returns numbers that are"),
+        (
+            "distance",
+            lambda now: now.time[:, 0] * math.nan,
+            "(reward|distance) returns numbers that are",
+        ),
     ],
 )
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -272,7 +272,7 @@ def _curve_row(training: Training, total: int, success: float, gained: float) ->
     """Return a row of the learning curve: share of the course, times, success, mean return."""
     done = training.step if training.agent.interactive else training.updates
     spent, bar = training.seconds, "#" * round(20 * success)
-    left = f"{spoken(spent * (total - done) / done)} left" if done else "-"
+    left = f"{spoken(spent * max(total - done, 0) / done)} left" if done else "-"
     place = f"{done / max(total, 1):.0%}".rjust(ROW) + f" {spoken(spent):>8} {left:>14}"
     return f"{place}  |{bar:<20}| {success:>4.0%}, return {gained:.4g}"
 
