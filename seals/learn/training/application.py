@@ -246,7 +246,6 @@ def _train_into(
         tracker = tracker_of(config.track, folder, facts)
         if tracker is not None:
             stack.callback(tracker.close)
-        print(f"seals train {' '.join(map(shlex.quote, overrides or []))}", file=sys.stderr)
         with progress("training", total, lambda: f"success {metrics['success']}") as tell:
             training = Training(
                 environment,
@@ -302,6 +301,8 @@ def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: li
         }
         write_json(folder / "run.json", {"state": state, **facts, **place, **more})
 
+    words = [word for word in facts["overrides"] if key_of(word) != "resume"]
+    print(f"seals train {' '.join(map(shlex.quote, words))}", file=sys.stderr)
     for remark in remarks:
         print(f"note: {remark}", file=sys.stderr)
     note("running", remarks=remarks)
