@@ -15,6 +15,7 @@ from typing import Any
 IDS: Mapping[str, str] = {
     "SEALS/Reach-v0": "reach",
     "SEALS/Hover-v0": "hover",
+    "SEALS/HoverWind-v0": "hover_wind",
     "SEALS/Oval-v0": "oval",
     "SEALS/Station-v0": "station",
     "SEALS/Catch-v0": "catch",

@@ -200,6 +200,7 @@ VERBS = {
         one_thread=("OPENBLAS",),
         summary="train a policy; write learning curves and the policy",
         usage="[LEARNER] [ENV] [course.steps=50000] [KEY=VALUE ...], or FOLDER to resume\n"
+        "  seals train                                           the first policy: hover in wind\n"
         "  seals train learner=sac env=reach                     batch dynamics on the CPU\n"
         "  seals train learner=sacfd demonstrations=runs/some_recording/demonstrations\n"
         "  seals train learner=sac device=cuda count=4096 learner.batch=8192 learner.ratio=0.01\n"

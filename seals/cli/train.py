@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
 
 from seals.cli.hydra_app import Application, launch
@@ -14,6 +15,17 @@ from seals.untrusted_io import read_file
 RESUME = "resume"
 FREE = ("course", "threads", "film", "track")
 """Keys that a training taken up again may change."""
+FIRST = (
+    "env=hover_wind",
+    "learner=ppo_hover",
+    "course.steps=200000",
+    "course.look_every=20000",
+    "course.log_every=20000",
+)
+"""The first policy: what is trained where no word names an environment or a learner."""
+SAME = (*FREE, "out", "seed", "device", "name")
+"""Keys that still train the first policy; and flags that show or repeat it."""
+_FLAGS = ("--cfg", "-c", "job", "all", "--resolve", "-m", "--multirun")
 _TASK = Application("seals.learn.training.application")
 
 
@@ -21,10 +33,11 @@ def train(arguments: list[str]) -> int:
     """Run ``seals train``: compose the configuration, then call its application.
 
     ``resume=FOLDER`` stands for the words that began the training in that folder; it goes on there.
+    Without words of an environment or a learner it trains the first policy.
     """
     resumed = value_of(arguments, RESUME)
     if resumed is None or is_sweep(resumed):
-        return launch("train", arguments, _TASK)
+        return launch("train", [*_first_policy(arguments), *arguments], _TASK)
     folder = Path(resumed)
     others = [word for word in arguments if word.partition("=")[0] != RESUME]
     for word in others:
@@ -39,6 +52,14 @@ def train(arguments: list[str]) -> int:
     source = f"resume={folder}: overrides.yaml"
     own = [*others, *place]
     return launch("train", [*_begun(folder), *own], _TASK, own=own, source=source)
+
+
+def _first_policy(arguments: list[str]) -> list[str]:
+    """Return the words of the first policy, with a film where one can be written; else none."""
+    plain = [word for word in arguments if word not in _FLAGS]
+    if any("=" not in word or key_of(word).partition(".")[0] not in SAME for word in plain):
+        return []
+    return [*FIRST, "film=true"] if importlib.util.find_spec("av") else [*FIRST]
 
 
 def _begun(folder: Path) -> list[str]:

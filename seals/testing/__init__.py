@@ -4,9 +4,9 @@
 well. The same checks run from a shell: ``python -m seals.testing effect my_effect``.
 """
 
+from seals.contract import ContractError as ContractError
 from seals.testing.backend import BackendReport as BackendReport
 from seals.testing.backend import check_backend as check_backend
-from seals.testing.contract import ContractError as ContractError
 from seals.testing.control import ControlReport as ControlReport
 from seals.testing.control import check_controller as check_controller
 from seals.testing.control import check_guide as check_guide

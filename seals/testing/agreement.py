@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from seals.backend import Configuration
+from seals.contract import ContractError, require
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
 from seals.robot.model import RobotModel
 from seals.testing.bodies import free_body, moving_arm
-from seals.testing.contract import ContractError, require
 from seals.testing.engines import SAMPLE, Track, follow, simulate
 from seals.testing.scenes import ARM_SIZE, LIMITS, Case, companions, start_of
 

@@ -13,12 +13,12 @@ import numpy as np
 from seals import registry
 from seals.arrays import Floats
 from seals.backend import Configuration, LinkPoses
+from seals.contract import class_of, require
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect
 from seals.multibody.kinematics import Kinematics
 from seals.robot.model import RobotModel
 from seals.testing.bodies import free_body, moving_arm
-from seals.testing.contract import class_of, require
 from seals.testing.scenes import ENVIRONMENT, start_of
 from seals.world import Actor, World
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from seals.contract import call_twice, require, require_storable
 from seals.control import ActuatorCommand, Controller, Guide, Plant, Reference, RobotState
 from seals.control.plant import build_plant
 from seals.run.assembly import ROBOT, build_world
 from seals.run.build import run_settings
-from seals.testing.contract import call_twice, require, require_storable
 from seals.testing.declaration import build_declared
 from seals.world.pilot import Pilot
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from seals.contract import class_of, require
 from seals.effects.effect import Effect
 from seals.effects.hooks import HOOKS
 from seals.schema import check_fields, parameters_of, vars_of
-from seals.testing.contract import class_of, require
 
 HEADINGS = (
     "Equation",

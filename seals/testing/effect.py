@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from seals.contract import class_of, require
 from seals.effects.effect import Effect
 from seals.schema import Parameter, parameters_of
 from seals.testing.agreement import Agreement, SceneReport
-from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_effect_declaration
 from seals.testing.hooks import HookCheck
 from seals.testing.scenes import ARM_SIZE, LIMITS, Case, cases_of

@@ -10,10 +10,10 @@ import numpy as np
 
 from seals import registry
 from seals.arrays import Floats
+from seals.contract import class_of, require
 from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, Fluid, FluidBody, Surrounding
 from seals.robot.pieces import Piece
-from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 
 STEP = 0.004

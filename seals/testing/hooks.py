@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array
+from seals.contract import ContractError, require
 from seals.effects.binding import bind_effects
 from seals.effects.effect import Effect, Parameters
 from seals.motion import Timing
 from seals.schema import parameters_of
 from seals.testing.calling import QUIET, call_hook, expected_shapes, is_bundle, nothing
-from seals.testing.contract import ContractError, require
 from seals.testing.instants import (
     Instant,
     converted,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
+from seals.contract import require
 from seals.sensors.protocol import Sensor, SensorInput
-from seals.testing.contract import require
 
 STEP = 0.001
 COUNT = 3000

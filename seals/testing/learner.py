@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from seals.contract import require
 from seals.learn.learner import Spaces, need_torch
 from seals.learn.networks import actor_of
 from seals.learn.training.checkpoint import read_checkpoint, write_checkpoint
 from seals.learn.training.resumption import GROWN, refuse_other_form
-from seals.testing.contract import require
 from seals.testing.declaration import build_declared
 from seals.testing.reaching import PointReach, demonstrations
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from seals.contract import class_of, require
 from seals.errors import LogError
 from seals.logs import Log, Severity, check_log
 from seals.logs.reader import Reader
-from seals.testing.contract import class_of, require
 from seals.testing.declaration import check_declaration
 
 HEADINGS = ("Channels:", "Units:", "Limitations:")

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from seals.contract import require
 from seals.effects.binding import bind_effects
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
 from seals.run.build import run_settings
-from seals.testing.contract import require
 
 
 @dataclass(frozen=True, kw_only=True)

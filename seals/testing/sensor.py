@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from seals.contract import class_of, require, require_storable
 from seals.environment.settings import EnvironmentSettings, ObstacleSettings
 from seals.plugin_options import options_of
 from seals.sensors.delivery import NEW, Delivery, Values
 from seals.sensors.options import SensorOptions
 from seals.sensors.protocol import OnboardState, RobotEquipment, Sensor, SensorInput
 from seals.sensors.surroundings import Surroundings
-from seals.testing.contract import class_of, require, require_storable
 from seals.testing.declaration import check_declaration
 from seals.testing.inertial import check_inertial, felt
 

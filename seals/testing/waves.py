@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats, as_like
+from seals.contract import require
 from seals.environment.waves import Waves
-from seals.testing.contract import require
 from seals.testing.declaration import build_declared
 from seals.testing.hooks import other_libraries
 from seals.testing.instants import copied

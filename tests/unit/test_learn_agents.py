@@ -64,6 +64,44 @@ def test_stable_baselines_trains_on_a_batch() -> None:
     env.close()
 
 
+def test_stable_baselines_normalises_a_batch() -> None:
+    """VecNormalize keeps running statistics of the batch, and its checker has nothing to say."""
+    pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
+    from stable_baselines3.common.env_checker import check_env
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    env = VecNormalize(vec_env("SEALS/Hover-v0", 4, overrides=SHORT), clip_obs=5.0)
+    env.seed(7)
+    seen, rng = env.reset(), np.random.default_rng(0)
+    plain = [env.get_original_obs()]
+    for _ in range(3 * STEPS):
+        seen, *_ = env.step(rng.uniform(-1.0, 1.0, (4, 3)).astype(np.float32))
+        plain.append(env.get_original_obs())
+    assert np.abs(seen).max() <= 5.0
+    # its mean begins with the weight of a ten-thousandth of an observation
+    np.testing.assert_allclose(env.obs_rms.mean, np.mean(plain, axis=(0, 1)), rtol=1e-5, atol=1e-5)
+    env.close()
+    one = gymnasium.make("SEALS/Hover-v0", overrides=["backend=twin", *SHORT]).unwrapped
+    check_env(one)
+    one.close()
+
+
+@pytest.mark.thorough
+def test_processes_that_are_spawned_step_what_this_one_does() -> None:
+    """Gymnasium's vectors by processes know the id from its specification alone."""
+    found = []
+    for mode, kwargs in (("sync", {}), ("async", {"context": "spawn"})):
+        words = ["backend=twin", *SHORT]
+        envs = gymnasium.make_vec(
+            "SEALS/Hover-v0", 2, vectorization_mode=mode, vector_kwargs=kwargs, overrides=words
+        )
+        first, _ = envs.reset(seed=3)
+        found.append((first, *envs.step(np.full((2, 3), 0.5, dtype=np.float32))[:2]))
+        envs.close()
+    for here, there in zip(*found, strict=True):
+        np.testing.assert_array_equal(here, there)
+
+
 @pytest.mark.thorough
 def test_hindsight_replay_learns_from_goals() -> None:
     """SAC with HER on Reach: replaced goals are rewarded where the true ones were missed."""
@@ -144,8 +182,12 @@ def test_diver_and_crab_are_two_agents() -> None:
     """PettingZoo's own test passes; the crab goes where it is told, and loses what is won."""
     pytest.importorskip("pettingzoo", reason="needs aam-seals[agents]")
     pytest.importorskip("pybullet", reason="a crab in the hand needs contacts")
-    from pettingzoo.test import parallel_api_test
+    from pettingzoo.test import parallel_api_test, parallel_seed_test
 
+    def pair() -> Any:
+        return parallel_env("catch", overrides=["task.duration=0.5", "backend=pybullet"])
+
+    parallel_seed_test(pair, num_cycles=5)
     env = parallel_env("catch", overrides=["task.duration=0.5", "backend=pybullet"])
     parallel_api_test(env, num_cycles=7)
     seen, _ = env.reset(seed=3)

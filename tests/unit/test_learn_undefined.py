@@ -13,6 +13,7 @@ from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatist
 
 import seals.envs  # noqa: F401  makes the ids known
 from seals.arrays import namespace
+from seals.contract import ContractError
 from seals.errors import ConfigError, PhysicsError
 from seals.learn.training.loop import Training
 from seals.learn.training.schedule import TrainingSchedule
@@ -77,6 +78,30 @@ def test_a_task_that_returns_no_number_is_refused(backend: str, law: str) -> Non
     with pytest.raises(PhysicsError, match=f"{law} of environment 0 is not finite"):
         envs.step(still())
     envs.close()
+
+
+@pytest.mark.parametrize(
+    ("law", "found", "said"),
+    [
+        ("scripted_policy", lambda now: now.position * 0.0 + 2.0, "actions of size 2"),
+        ("observation", lambda now: now.position, r"observation returns shapes \[\(5, 3\)\]"),
+        (
+            "distance",
+            lambda now: now.time[:, 0] * math.nan,
+            "(reward|distance) returns numbers that are",
+        ),
+    ],
+)
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_task_that_breaks_a_promise_makes_no_environment(
+    backend: str, law: str, found: Any, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What `seals.check_task` refuses is refused before the first step, in the same words."""
+    from seals.plugins.tasks.hover import TaskHover
+
+    monkeypatch.setattr(TaskHover, law, lambda self, now: found(now))
+    with pytest.raises(ContractError, match=f"TaskHover: .*{said}"):
+        many(backend=backend)
 
 
 def test_a_training_whose_figures_are_no_numbers_stops(tmp_path: Any) -> None:

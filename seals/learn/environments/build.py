@@ -11,6 +11,7 @@ from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
 from seals.learn.environments.batch import Environments
 from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.task_contract import require_task
 from seals.registry import names
 from seals.robot.build import build_robot
 from seals.run.build import build_run
@@ -81,6 +82,7 @@ def batched_of(
     from seals.run.sight import sees
 
     settings, task = build_learning(config)
+    require_task(type(task).__name__, task, build_robot(settings.robot))
     simulator: BatchSimulator
     batch: Any = Environments
     if hasattr(settings.backend, "interval"):

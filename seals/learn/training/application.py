@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime
 import re
+import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ import numpy as np
 
 from seals.config.build import build
 from seals.config.compose import job_overrides, output_folder
-from seals.config.overrides import typed
+from seals.config.overrides import key_of, typed
 from seals.errors import ConfigError, SealsError
 from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces, need_torch
@@ -28,6 +29,7 @@ from seals.learn.training.settings import OWN, TrainSettings
 from seals.learn.training.tracking import tracker_of
 from seals.logs.atomic import write_json
 from seals.robot.build import build_robot
+from seals.run.progress import progress, spoken
 from seals.schema import check_value, parameters_of
 
 
@@ -46,12 +48,14 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
     judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
     seed = training_seed(int(config.seed))
     values = _randomised_parameters(config, count, seed)
-    environment = batched_of(config, count=count, device=device, seed=seed, values=values)
+    environment = batched_of(
+        config, count=count, device=device, seed=seed, values=values, coded=True
+    )
     try:
         # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
         where = "cpu" if environment.pixels is None else device
         few = min(judges, episodes)
-        eval_env = batched_of(config, count=few, device=where, seed=seed, fused=False)
+        eval_env = batched_of(config, count=few, device=where, seed=seed, fused=False, coded=True)
         try:
             yield environment, eval_env
         finally:
@@ -159,6 +163,8 @@ def _read_demonstrations(config: Any, environment: Any) -> tuple[dict[str, Any],
 
 FREE = ("course", "resume", "threads", "name", "film", "track")
 """Keys that do not make another training."""
+ROW = 5
+"""Width of the first column of the learning curve; one row for each per cent is enough."""
 
 
 def execute(config: Any) -> int:
@@ -187,7 +193,17 @@ def execute(config: Any) -> int:
         f"{outcome.seconds:.0f} s{success}"
     )
     print(folder / POLICY)
+    print(f"To fly it from held-out starts: {_flight(config, folder, overrides)}")
     return 0
+
+
+def _flight(config: Any, folder: Path, overrides: Sequence[str]) -> str:
+    """Return the command that flies a policy; that of twins in the quickest engine."""
+    words = [typed("policy", str(folder / POLICY)), *map(shlex.quote, _of_environment(overrides))]
+    if "interval" in config.backend:
+        words = [word for word in words if key_of(word).partition(".")[0] != "backend"]
+        words.append("backend=mujoco")
+    return f"seals evaluate {' '.join([*words, 'beside=[]'])}"
 
 
 def _train_into(
@@ -206,8 +222,6 @@ def _train_into(
     """
     import torch
 
-    from seals.run.progress import progress
-
     torch.set_num_threads(max(1, int(config.threads)))
     course = _schedule(config)
     facts = _facts(config, overrides or [])
@@ -221,7 +235,14 @@ def _train_into(
         if config.backend.get("fused"):
             remarks.append("the first step compiles the twins, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
-        metrics = {"success": "-"}
+        metrics = {"success": "-", "row": ""}
+
+        def heard(success: float, gained: float) -> None:
+            row = _curve_row(training, total, success, gained)
+            if row[:ROW] != metrics["row"][:ROW]:
+                print(row, file=sys.stderr, flush=True)
+            metrics.update(success=f"{success:.0%}", row=row)
+
         tracker = tracker_of(config.track, folder, facts)
         if tracker is not None:
             stack.callback(tracker.close)
@@ -235,7 +256,7 @@ def _train_into(
                 metadata=_metadata(facts, environment),
                 seed=int(config.seed),
                 tell=tell,
-                heard=lambda success: metrics.update(success=f"{success:.0%}"),
+                heard=heard,
                 tracker=tracker,
             )
             if resume:
@@ -244,6 +265,15 @@ def _train_into(
         if config.film:
             _film(folder, eval_env, config)
         return outcome
+
+
+def _curve_row(training: Training, total: int, success: float, gained: float) -> str:
+    """Return a row of the learning curve: share of the course, times, success, mean return."""
+    done = training.step if training.agent.interactive else training.updates
+    spent, bar = training.seconds, "#" * round(20 * success)
+    left = f"{spoken(spent * max(total - done, 0) / done)} left" if done else "-"
+    place = f"{done / max(total, 1):.0%}".rjust(ROW) + f" {spoken(spent):>8} {left:>14}"
+    return f"{place}  |{bar:<20}| {success:>4.0%}, return {gained:.4g}"
 
 
 def _film(folder: Path, eval_env: Any, config: Any) -> None:
@@ -271,6 +301,8 @@ def _run(training: Training, folder: Path, facts: Mapping[str, Any], remarks: li
         }
         write_json(folder / "run.json", {"state": state, **facts, **place, **more})
 
+    words = [word for word in facts["overrides"] if key_of(word) != "resume"]
+    print(f"seals train {' '.join(map(shlex.quote, words))}", file=sys.stderr)
     for remark in remarks:
         print(f"note: {remark}", file=sys.stderr)
     note("running", remarks=remarks)
@@ -326,10 +358,14 @@ def _facts(config: Any, overrides: Sequence[str]) -> dict[str, Any]:
 
 def _metadata(facts: Mapping[str, Any], environment: Any) -> dict[str, Any]:
     keys = ("learner", "seed", "env", "config_hash", "world_hash")
-    # the first part of the key of an override decides
-    roots = [re.split("[=.@]", word.lstrip("+~"), maxsplit=1)[0] for word in facts["overrides"]]
-    pairs = zip(facts["overrides"], roots, strict=True)
-    own = [word for word, root in pairs if root not in (*OWN, *FREE, "seed")]
     task = environment.task
     names = {"observation": list(task.observation_names), "action": list(task.action_names)}
+    own = _of_environment(facts["overrides"])
     return {**{key: facts[key] for key in keys}, "overrides": own, **names}
+
+
+def _of_environment(overrides: Sequence[str]) -> list[str]:
+    """Return the overrides that make the environment: the first part of a key decides."""
+    roots = [re.split("[=.@]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides]
+    pairs = zip(overrides, roots, strict=True)
+    return [word for word, root in pairs if root not in (*OWN, *FREE, "seed")]

@@ -137,7 +137,7 @@ class Training:
         metadata: what the policy's metadata says beside its network.
         seed: of the first episodes.
         tell: takes the number of control steps made, or of updates where there are no steps.
-        heard: takes the share of successes of each evaluation.
+        heard: takes share of successes and mean return of each evaluation.
         tracker: takes the figures of all rows, too.
     """
 
@@ -152,7 +152,7 @@ class Training:
         metadata: Mapping[str, Any] | None = None,
         seed: int = 0,
         tell: Callable[[int], None] = lambda _: None,
-        heard: Callable[[float], None] = lambda _: None,
+        heard: Callable[[float, float], None] = lambda *_: None,
         tracker: Tracker | None = None,
     ) -> None:
         """Set up the statistics; nothing is written yet."""
@@ -292,7 +292,7 @@ class Training:
         finals = tuple(f"final_{name}" for name in sorted(found.facts))
         self._table("evaluation", (*TRAINED, *finals)).append(figures)
         self._chart("evaluation", figures)
-        self._heard(figures["success"])
+        self._heard(figures["success"], figures["return"])
         self._good = self._good + 1 if figures["success"] >= self.course.stop_at else 0
         scored = [figures["success"], figures["return"]]
         better = scored > self._best
