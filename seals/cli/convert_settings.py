@@ -13,7 +13,7 @@ from seals.robot.settings import LogRobotSettings
 @roles(data="command points")
 @dataclass(kw_only=True)
 class MotorSettings:
-    """Curve from commands to rotor speeds or thruster forces; see `seals.logs.motor_curve.MotorCurve`.
+    """Curve from commands to speeds or forces; see `seals.logs.motor_curve.MotorCurve`.
 
     What is left out comes from ``motors`` in ``datasheet.yaml``, else from the values themselves.
 
