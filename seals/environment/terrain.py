@@ -119,7 +119,7 @@ def _read(
         else:
             grid = low + (high - low) * read_grey(file)
     except (LogError, ValueError, OSError) as cause:
-        reason = " ".join(str(cause).split())[:160]
+        reason = str(cause).splitlines()[0][:160].rstrip(".")
         raise ConfigError(
             f"{where} cannot be used: {reason}\n"
             "Give a PNG of grey values, or a CSV with as many heights [m] in every row."
