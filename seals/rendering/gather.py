@@ -21,6 +21,7 @@ GROUND: Colour = (0.62, 0.56, 0.43)
 """Displayed colour of bottom, shore and land: pale sand."""
 OBSTACLE: Colour = (0.45, 0.46, 0.48)
 """Displayed colour of obstacles."""
+_NO_MESH: tuple[Any, Any] = (None, None)
 _GROUND = ("tank_bottom", "ground_level", "slope", "land", "terrain")
 
 
@@ -50,7 +51,7 @@ def build_scene(
         colour = GROUND if solid.name in _GROUND else OBSTACLE
         squares = tile if solid.kind == "plane" else 0.0
         place = np.asarray(solid.position, dtype=float)
-        kind, size, mesh = solid.kind, solid.size, (None, None)
+        kind, size, mesh = solid.kind, solid.size, _NO_MESH
         if solid.terrain is not None:
             kind, size, mesh = "mesh", (), solid.terrain.mesh()
         shapes.append(
