@@ -122,7 +122,8 @@ class Channels(ControllerOptions):
         rotors = np.array([kind == "rotor" for kind in layout.kind], dtype=bool)
         drives, joints = layout.drives, robot.tree.joints
         # velocity of the air by the effects of the robot's model, world axes [m/s]
-        blows = [b.params["velocity"] for b in plant.effects.flows if b.kind is MediumKind.air]
+        blowing = [b.params for b in plant.effects.flows if b.kind is MediumKind.air]
+        blows = [params["velocity"] for params in blowing if "velocity" in params]
         wind: Floats = np.zeros(3)
         for velocity in blows:
             wind = wind + np.reshape(np.asarray(velocity), -1)[:3]

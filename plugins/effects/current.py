@@ -1,15 +1,14 @@
-"""Steady current: the velocity of the water over ground."""
+"""Mean current: the velocity of the water over ground."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
-from seals.arrays import Array
 from seals.effects import Addition, Comparison, Identification, Stage, Subject, along_axes
-from seals.effects.effect import Effect, MediumKind, Parameters
+from seals.effects.effect import MediumKind
+from seals.effects.flow_profile import MeanFlow
 from seals.field_roles import roles
-from seals.motion import Inputs, Medium, Motion
 from seals.schema import param
 
 _FAST = ((0.8, 0.0, 0.0), (-0.8, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, -0.8, 0.0))
@@ -18,30 +17,49 @@ _FAST = ((0.8, 0.0, 0.0), (-0.8, 0.0, 0.0), (0.0, 0.8, 0.0), (0.0, -0.8, 0.0))
 
 @roles(data="links")
 @dataclass(kw_only=True)
-class Current(Effect):
-    """Steady current: the velocity of the water over ground.
+class Current(MeanFlow):
+    """Mean current: the velocity of the water over ground, by height, jet or tide.
 
     Equation:
-        u = (velocity_x, velocity_y, velocity_z) in the world; laws use v_r = v - R^T u.
+        u = (velocity_x, velocity_y, velocity_z) f (1 - A + A cos(2 pi t / T + phi)) in the world;
+        laws use v_r = v - R^T u. f = 1 (uniform), (y / reference)^exponent (power),
+        ln(y / y_0) / ln(reference / y_0) (log), y the height above the datum;
+        exp(-d^2 / (2 width^2)), d the height from the middle of a layer, or the distance from the
+        axis of a jet, which runs along the velocity.
 
     Args:
         velocity_x: toward east [m/s].
         velocity_y: toward north [m/s].
         velocity_z: upward [m/s].
+        profile: course in space: uniform, power, log, layer or jet, see `FlowProfile`.
+        datum: height in the world of the sea bed, from which heights count [m].
+        reference: height at which the velocity holds; of the middle of a layer or jet [m].
+        exponent: of the power law [1].
+        roughness: y_0 of the log law [m].
+        width: 1-sigma half width of a layer or jet [m].
+        centre_x: a point on the axis of a jet, toward east [m].
+        centre_y: the same, toward north [m].
+        tide: A, share of the flow that turns with the tide [1].
+        tide_period: T [s].
+        tide_phase: phi [rad].
         medium: water.
         links: links it acts on, all by default.
 
     Assumptions:
-        Constant in time and space; enters through every water drag and the added mass.
+        The velocity at the link origin is that of the whole link; a change of the flow in time or
+        along the way is no acceleration of the medium by itself. Enters through every water drag
+        and the added mass.
 
     Valid range:
         Speeds far below that of sound.
 
     Limitations:
-        No shear with depth, no turbulence.
+        A given profile, whatever the terrain does to it; no veer with height. Fluctuations are
+        the effect ``gusts``.
 
     References:
-        Fossen 2011, ch. 8.
+        Fossen 2011, ch. 8; Soulsby 1997, Dynamics of Marine Sands, ch. 3 (profiles above a bed);
+        Pugh 1987, Tides, Surges and Mean Sea-Level (periods).
 
     Example:
         >>> Current(velocity_x=0.5).velocity_x
@@ -81,14 +99,3 @@ class Current(Effect):
         return [
             Addition(instance=name, effect=cls(), parameters=parameters, starts=starts, order=order)
         ]
-
-    def ambient(self) -> Effect | None:
-        """Return the effect for every link of another robot or object in the scene."""
-        return None if self.correction else replace(self, links=["*"])
-
-    @staticmethod
-    def flow(
-        motion: Motion, medium: Medium, inputs: Inputs, memory: Array, params: Parameters
-    ) -> tuple[Array, Array]:
-        """Velocity of the water, world axes [m/s]."""
-        return params["velocity"], memory

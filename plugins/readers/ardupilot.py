@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 
 _FUNCTION = re.compile(r"SERVO(\d{1,2})_FUNCTION")
+_DIRECTION = re.compile(r"MOT_(\d{1,2})_DIRECTION")
 _MOTORS = {33 + k: k + 1 for k in range(8)} | {82 + k: k + 9 for k in range(4)}
 _MOTORS |= {160 + k: k + 13 for k in range(20)}
 _THROTTLES = {70: 1, 73: 1, 74: 2}
@@ -47,3 +48,17 @@ def motor_pulses(
         for number, values in sorted(found.items())
         if np.any(values > 0.0)
     }
+
+
+def reversed_motors(parameters: Mapping[str, float]) -> list[int]:
+    """Return the numbers of the thrusters whose pulses ArduSub turns about, by MOT_n_DIRECTION.
+
+    Args:
+        parameters: name -> value; a direction below zero reverses the pulse of a motor.
+
+    Example:
+        >>> reversed_motors({"MOT_4_DIRECTION": -1.0, "MOT_1_DIRECTION": 1.0})
+        [4]
+    """
+    found = ((_DIRECTION.fullmatch(name), value) for name, value in parameters.items())
+    return sorted(int(match[1]) for match, value in found if match and value < 0.0)

@@ -21,7 +21,7 @@ from seals.arrays import Floats
 from seals.errors import LogError, refuse_unlisted
 from seals.logs.log import Log
 from seals.logs.merge import Stream
-from seals.plugins.readers.ardupilot import motor_pulses
+from seals.plugins.readers.ardupilot import motor_pulses, reversed_motors
 from seals.plugins.readers.ned import (
     enu,
     flu,
@@ -172,7 +172,8 @@ class ReaderDataflash(ReaderTopics):
     Units:
         deg, centidegrees, rpm, mGauss and microseconds become SI; body forward-right-down and world
         north-east-down become FLU and ENU. The velocity is turned into body axes with ``ATT``.
-        ``motor_pwm`` stays in microseconds; motors are those of the parameters SERVOn_FUNCTION.
+        ``motor_pwm`` stays in microseconds; motors are those of the parameters SERVOn_FUNCTION,
+        reversed thrusters those of MOT_n_DIRECTION.
     Limitations:
         First instance of each sensor and first core of the filter; pose and velocity have the lag
         of the filter, the first position is that of its origin. Fields of a map have the factor of
@@ -204,6 +205,8 @@ class ReaderDataflash(ReaderTopics):
             return [Stream(name=topic, stamps=_stamps(samples[topic]), columns=columns)]
 
         meta: dict[str, Any] = {"motor_command": "pwm"} if "RCOU" in samples else {}
+        if turned := reversed_motors(about.parameters):
+            meta["motor_reverse"] = turned
         if about.vehicle:
             meta["firmware"] = about.vehicle
         return [

@@ -17,7 +17,7 @@ from seals.logs.check import check_log
 from seals.logs.false_readings import without_false_readings
 from seals.logs.finding import Severity, lines_of
 from seals.logs.log import Log
-from seals.logs.motor_curve import motor_curve, with_rotor_speeds
+from seals.logs.motor_curve import motor_curve, with_rotor_speeds, with_thruster_forces
 from seals.logs.native import TABLES, write_native
 from seals.logs.reader import foreign_reader_of, logs_by
 from seals.logs.resample import even_rows
@@ -209,7 +209,7 @@ def _of_log(meta: Mapping[str, Any], vehicle: Mapping[str, Any]) -> dict[str, An
 
 
 def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, list[str]]:
-    """Return a log in ENU and FLU with rotor speeds and even rows, and remarks on the conversion.
+    """Return a log in ENU and FLU with drive commands and even rows, and remarks on it.
 
     Args:
         log: as the reader gives it, with what is known of the vehicle in its metadata.
@@ -231,12 +231,16 @@ def adapted(log: Log, config: Any, vehicle: Mapping[str, Any]) -> tuple[Log, lis
     curve = motor_curve(log.meta.get("motors"), stated)
     own = log.meta.get("vehicle")
     rotors = vehicle.get("rotors") or (own.get("rotors") if isinstance(own, Mapping) else None)
-    if log.has("motor_pwm") and not log.has("rotor_speed_cmd"):
+    commanded = log.has("rotor_speed_cmd") or log.has("thruster_cmd")
+    if log.has("motor_pwm") and not commanded:
         if rotors:
             log, words = with_rotor_speeds(log, curve, rotors)
             said += words
+        elif vehicle.get("thrusters"):
+            log, words = with_thruster_forces(log, curve, vehicle["thrusters"])
+            said += words
         else:
-            said.append("motor commands, not converted: robot=FOLDER converts them to speeds")
+            said.append("motor commands, not converted: robot=FOLDER converts them")
     late = _shifts(config.late)
     log = even_rows(log, float(config.rate), late)
     said += [f"{stem} was late by {shift:g} s" for stem, shift in late.items()]

@@ -13,7 +13,7 @@ from seals.robot.settings import LogRobotSettings
 @roles(data="command points")
 @dataclass(kw_only=True)
 class MotorSettings:
-    """Motor curve from commands to rotor speeds; see `seals.logs.motor_curve.MotorCurve`.
+    """Curve from commands to speeds or forces; see `seals.logs.motor_curve.MotorCurve`.
 
     What is left out comes from ``motors`` in ``datasheet.yaml``, else from the values themselves.
 
@@ -21,10 +21,11 @@ class MotorSettings:
         command: kind of the commands.
         range: commands at rest and at full speed.
         thrust_factor: weight of the quadratic term in the curve of thrust over command [1].
-        points: rows of command and rotor speed [rad/s].
+        points: rows of command and rotor speed [rad/s] or thruster force [N].
         full_voltage: voltage for which the points are valid [V].
         voltage_power: exponent of the voltage in the speed [1].
-        order: index of the command for each rotor.
+        order: index of the command for each rotor or thruster.
+        reverse: indices of the commands that push against the axes of their thrusters.
     """
 
     command: str | None = None
@@ -35,6 +36,7 @@ class MotorSettings:
     full_voltage: float | None = None
     voltage_power: float | None = None
     order: list[int] | None = None
+    reverse: list[int] | None = None
 
 
 @roles(data="table name reader late", read="log map meta urdf", write="out", permission="replace")

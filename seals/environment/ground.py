@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.environment.settings import EnvironmentSettings, ObstacleSettings
+from seals.environment.terrain import Terrain, terrain_of
 from seals.frames import matrix_of, quaternion_of_rpy
 
 THICKNESS = 0.5
@@ -20,12 +21,15 @@ class Solid(NamedTuple):
 
     Args:
         name: for messages.
-        kind: ``plane`` (upper side of a level half space), ``box``, ``cylinder`` or ``sphere``.
-        size: box edges; cylinder radius, length; sphere radius; empty for a plane [m].
+        kind: ``plane`` (upper side of a level half space), ``box``, ``cylinder``, ``sphere`` or
+            ``terrain``.
+        size: box edges; cylinder radius, length; sphere radius; lengths of a terrain along x and y;
+            empty for a plane [m].
         position: centre, or a point of the plane, world [m], shape (3,).
         quaternion: q_WS_xyzw, shape (4,).
         friction: Coulomb friction coefficient [1].
         restitution: coefficient of restitution [1].
+        terrain: height map, of a terrain alone.
     """
 
     name: str
@@ -35,6 +39,7 @@ class Solid(NamedTuple):
     quaternion: Floats
     friction: float
     restitution: float
+    terrain: Terrain | None = None
 
 
 def solids_of(environment: EnvironmentSettings) -> list[Solid]:
@@ -58,6 +63,10 @@ def solids_of(environment: EnvironmentSettings) -> list[Solid]:
     ]
     if e.shore.slope is not None:
         found += _shore(e, e.shore.slope)
+    terrain = terrain_of(e.terrain)
+    if terrain is not None:
+        place = np.array([*e.terrain.position[:2], 0.0])
+        found.append(Solid("terrain", "terrain", terrain.size, place, level, *_contact(e), terrain))
     return found + [_obstacle(e, name, settings) for name, settings in e.obstacles.items()]
 
 
@@ -74,13 +83,15 @@ def ground_height(environment: EnvironmentSettings, x: float, y: float) -> float
         -2.0
     """
     e = environment
-    levels = [z for z in (e.tank_bottom, e.ground_level) if z is not None]
+    terrain = terrain_of(e.terrain)
+    own = None if terrain is None else terrain.height(x, y)
+    levels = [z for z in (e.tank_bottom, e.ground_level, own) if z is not None]
     if e.shore.slope is None:
         return max(levels, default=None)
     bottom, water, land = _levels(e)
     uphill = x * math.cos(e.shore.heading) + y * math.sin(e.shore.heading)
     slope = water + math.tan(e.shore.slope) * (uphill - e.shore.waterline)
-    return min(max(slope, bottom), land)
+    return max([min(max(slope, bottom), land), *levels[2:]])
 
 
 def _shore(e: EnvironmentSettings, slope: float) -> list[Solid]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.schema import optional, param, read, setting, vector
+from seals.schema import LATER, optional, param, read, setting, vector
 
 _CHOSEN = "chosen"
 
@@ -62,6 +62,27 @@ class ShoreSettings:
     land: float = setting(10.0, "m", bounds=(0.1, 1e4), source=_CHOSEN)
 
 
+@roles(read="file")
+@dataclass(kw_only=True)
+class TerrainSettings:
+    """A height map: land, or the bottom of a sea, beside the level ground.
+
+    Args:
+        file: PNG of grey values, of 8 or 16 bits, or CSV of heights [m]; the first row is the
+            northern edge, the first column the western one; absent for none.
+        size: length from west to east and from south to north, from the first node to the last [m].
+        low: height of black [m]; a CSV holds its heights itself.
+        high: height of white [m].
+        position: middle of the map, and what is added to its heights, world [m].
+    """
+
+    file: str | None = None
+    size: list[float] = vector((20.0, 20.0), "m", bounds=(0.01, 1e5), source=_CHOSEN)
+    low: float = setting(-10.0, "m", bounds=(-12000.0, 9000.0), source=_CHOSEN)
+    high: float = setting(0.0, "m", bounds=(-12000.0, 9000.0), source=_CHOSEN)
+    position: list[float] = vector((0.0, 0.0, 0.0), "m", bounds=(-1e5, 1e5), source=_CHOSEN)
+
+
 SIZES = {SolidType.box: 3, SolidType.cylinder: 2, SolidType.sphere: 1}
 """Numbers in the size of each primitive."""
 
@@ -112,6 +133,7 @@ class EnvironmentSettings:
         friction: Coulomb friction coefficient of ground and bottom [1].
         shore: slope from the bottom through the waterline to the land.
         obstacles: further static solids, by name.
+        terrain: height map of land or sea bed.
     """
 
     gravity: float = param(
@@ -137,6 +159,7 @@ class EnvironmentSettings:
     shore: ShoreSettings = field(default_factory=ShoreSettings)
     # entries become ObstacleSettings when the run is built
     obstacles: dict[str, Any] = field(default_factory=dict)
+    terrain: TerrainSettings = field(default_factory=TerrainSettings, metadata=LATER)
 
 
 def check_ground(environment: EnvironmentSettings) -> None:

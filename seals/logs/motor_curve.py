@@ -1,4 +1,4 @@
-"""Conversion of autopilot motor commands to rotor speeds: PWM, DShot, fractions, rpm."""
+"""Conversion of autopilot motor commands to rotor speeds and thruster forces."""
 
 from __future__ import annotations
 
@@ -32,23 +32,27 @@ _SHARES_THRUST = "thrust_share"
 
 @dataclass(frozen=True, kw_only=True)
 class MotorCurve:
-    """Map from a motor command to the rotor speed.
+    """Map from a motor command to the speed of a rotor or the force of a thruster.
 
     Equation:
         u = (command - low) / (high - low) within 0 and 1. Of a share of thrust: w = w_max sqrt(u);
         of any other share: w = w_max (f u^2 + (1 - f) u)^(1/2) with the thrust factor f, for f = 1
         w = w_max u. Points take the place of the equation. The speed is then multiplied by
-        (V / V_full)^power.
+        (V / V_full)^power. Of a thruster u runs from -1 at ``low`` over 0 in the middle to 1 at
+        ``high``, and F = F_max (f u abs(u) + (1 - f) u), or the points.
 
     Args:
         command: kind of the command, one of `COMMANDS`; empty to recognise it by its values.
         range: command at standstill and at full; empty for that of the kind.
         thrust_factor: share of the square in thrust by command, f [1]; 1 for thrust by the square.
-        points: pairs of u and rotor speed [rad/s], rising; empty for the equation.
+        points: pairs of u and rotor speed [rad/s] or force [N], not falling, with a dead zone as a
+            level part; empty for the equation.
         full_voltage: of the battery [V]; zero where the voltage does not matter.
         voltage_power: of the speed in the voltage [1].
-        order: number of the motor in the log that drives each rotor of the robot; empty for the
-            order of the log.
+        order: number of the motor in the log that drives each rotor or thruster of the robot; empty
+            for the order of the log.
+        reverse: numbers of the motors in the log that push against their thruster's axis by a
+            positive command; empty for those that the log states.
     """
 
     command: str = ""
@@ -58,6 +62,7 @@ class MotorCurve:
     full_voltage: Annotated[float, Within(0.0, 1e6)] = 0.0
     voltage_power: Annotated[float, Within(0.0, 1e3)] = 1.0
     order: Sequence[int] = ()
+    reverse: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         """Refuse values that no motor can have."""
@@ -72,10 +77,11 @@ class MotorCurve:
         if span and (len(span) != 2 or not span[0] < span[1]):
             raise LogError(f"motors.range={span} is not allowed.\nAllowed: [low,high]")
         curve = np.asarray([list(p) for p in self.points], dtype=float)
-        if len(self.points) and (len(curve) < 2 or np.any(np.diff(curve, axis=0) <= 0)):
+        steps = np.diff(curve, axis=0) if len(self.points) > 1 else np.zeros((1, 2))
+        if len(self.points) and (np.any(steps[:, 0] <= 0) or np.any(steps[:, 1:] < 0)):
             raise LogError(
                 "motors.points is not an increasing curve.\nWrite: [[0, 0], [0.5, 600], [1, 900]], "
-                "share of the range and rotor speed [rad/s]"
+                "share of the range and rotor speed [rad/s], or force [N] with shares from -1 to 1"
             )
 
 
@@ -177,6 +183,50 @@ def with_rotor_speeds(
     ]
 
 
+PULSES_BOTH_WAYS = (1100.0, 1900.0)
+"""Pulse widths of a thruster full astern and full ahead [us]; it stands still in the middle."""
+
+
+def with_thruster_forces(
+    log: Log, curve: MotorCurve, thrusters: Sequence[Mapping[str, Any]]
+) -> tuple[Log, list[str]]:
+    """Return a log with commanded thruster forces, and a description of the conversion.
+
+    Args:
+        log: with ``motor_pwm``; its metadata may state the reversed motors, ``motor_reverse``.
+        curve: of the thrusters, for pulse widths or shares from -1 to 1.
+        thrusters: of the robot, with ``max_force`` [N] each.
+
+    Raises:
+        LogError: the commands are of another kind, or do not fit the robot's thrusters.
+    """
+    values = log.channel("motor_pwm")
+    full = np.array([float(one["max_force"]) for one in thrusters])
+    kind = curve.command or str(log.meta.get("motor_command", "")) or recognised(np.abs(values))
+    ranges = {"pwm": PULSES_BOTH_WAYS, "thrust_share": (-1.0, 1.0), "speed_share": (-1.0, 1.0)}
+    refuse_unlisted(kind, ranges, f"motors.command={kind} drives no thrusters", error=LogError)
+    columns = _columns(curve, values.shape[1], full.size, "thrusters")
+    low, high = (float(x) for x in curve.range) if curve.range else ranges[kind]
+    share = np.clip(2.0 * (values[:, columns] - low) / (high - low) - 1.0, -1.0, 1.0)
+    turned = [int(k) for k in curve.reverse or log.meta.get("motor_reverse") or ()]
+    share = share * np.where(np.isin(np.array(columns) + 1, turned), -1.0, 1.0)
+    if len(curve.points):
+        points = np.asarray([list(p) for p in curve.points], dtype=float)
+        force: Floats = np.interp(share, points[:, 0], points[:, 1])
+        force[~np.isfinite(share)] = np.nan
+    else:
+        f = 0.0 if kind == _SHARES_THRUST else curve.thrust_factor
+        force = full * (f * share * np.abs(share) + (1.0 - f) * share)
+    order = ", ".join(str(k + 1) for k in columns)
+    back = f", of which {', '.join(map(str, turned))} are reversed" if turned else ""
+    return log.with_columns({f"thruster_cmd_{k + 1}": force[:, k] for k in range(full.size)}), [
+        f"motor commands are {kind} of {low:g} to {high:g}; full is "
+        f"{np.nanmax(np.abs(force)):.3g} N at most in this log (motors.points= says otherwise)",
+        f"thrusters 1 to {full.size} are driven by motors {order}{back} (motors.order=, "
+        "motors.reverse= say otherwise)",
+    ]
+
+
 def _full_speeds(rotors: Any) -> Floats:
     """Largest speeds of the rotors in a vehicle's description [rad/s], shape (n,)."""
     try:
@@ -201,12 +251,12 @@ def _speed(curve: MotorCurve, kind: str, share: Floats, full: Floats) -> Floats:
     return full * np.sqrt(factor * share**2 + (1.0 - factor) * share)
 
 
-def _columns(curve: MotorCurve, motors: int, rotors: int) -> list[int]:
+def _columns(curve: MotorCurve, motors: int, rotors: int, drives: str = "rotors") -> list[int]:
     order = [int(k) for k in curve.order] or list(range(1, rotors + 1))
     if len(order) != rotors or any(not 1 <= k <= motors for k in order):
         raise LogError(
-            f"the log has commands of {motors} motors, the robot {rotors} rotors.\n"
-            f"State which motor drives each rotor: motors.order={list(range(1, rotors + 1))}"
+            f"the log has commands of {motors} motors, the robot {rotors} {drives}.\n"
+            f"State which motor drives each of them: motors.order={list(range(1, rotors + 1))}"
         )
     return [k - 1 for k in order]
 

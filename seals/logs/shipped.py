@@ -10,7 +10,7 @@ from seals.file_names import short_path
 from seals.logs.native import TABLES
 
 _HOME = "seals.experiments"
-_RECORDINGS = (".ulg.gz", ".mcap")
+_RECORDINGS = (".ulg.gz", ".mcap", ".bin.gz")
 _MOST = 2000
 """Neighbours of a mistyped path that are looked at for the nearest name."""
 

@@ -21,7 +21,8 @@ GROUND: Colour = (0.62, 0.56, 0.43)
 """Displayed colour of bottom, shore and land: pale sand."""
 OBSTACLE: Colour = (0.45, 0.46, 0.48)
 """Displayed colour of obstacles."""
-_GROUND = ("tank_bottom", "ground_level", "slope", "land")
+_NO_MESH: tuple[Any, Any] = (None, None)
+_GROUND = ("tank_bottom", "ground_level", "slope", "land", "terrain")
 
 
 def build_scene(
@@ -50,8 +51,11 @@ def build_scene(
         colour = GROUND if solid.name in _GROUND else OBSTACLE
         squares = tile if solid.kind == "plane" else 0.0
         place = np.asarray(solid.position, dtype=float)
+        kind, size, mesh = solid.kind, solid.size, _NO_MESH
+        if solid.terrain is not None:
+            kind, size, mesh = "mesh", (), solid.terrain.mesh()
         shapes.append(
-            Shape(solid.kind, solid.size, place, turn, colour, len(names), WORLD, tile=squares)
+            Shape(kind, size, place, turn, colour, len(names), WORLD, *mesh, tile=squares)
         )
         names.append(f"world/{solid.name}")
     for actor, robot in robots.items():

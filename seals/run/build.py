@@ -15,6 +15,7 @@ from seals.config.overlay import read_overlay
 from seals.config.plugin_lookup import plugin_name
 from seals.config.refusal import refusals
 from seals.environment.settings import ObstacleSettings, check_ground, check_profiles
+from seals.environment.terrain import terrain_of
 from seals.errors import ConfigError, suggestion
 from seals.file_names import checked_name
 from seals.registry import get, names
@@ -131,6 +132,7 @@ def _check(settings: RunSettings) -> None:
     check_fields(RunSettings, kept, where="")
     check_profiles(settings.environment)
     check_ground(settings.environment)
+    terrain_of(settings.environment.terrain)
     check_objects(settings.objects)
     checked_name(settings.name, key="name")
     acting = settings.effects.items()

@@ -48,6 +48,11 @@ def sink(settings: RunSettings, actors: Sequence[Actor]) -> None:
             f"fluid={settings.fluid.name} has no water level.\n"
             "Choose both together: water=particles; or give environment.water_level=0"
         )
+    if environment.terrain.file:
+        raise ConfigError(
+            f"fluid={settings.fluid.name} knows no height map: environment.terrain.file is given.\n"
+            "Use water=fossen with the map, or environment.tank_bottom and shore with particles."
+        )
     bodies = [g.body for a in actors if a.immersion is not None for g in a.immersion.groups]
     solids = solids_of(environment)
     around = Surrounding(environment, settings.wave, solids, settings.time.step)

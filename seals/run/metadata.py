@@ -158,13 +158,13 @@ def _effect(name: str, effect: Any) -> dict[str, Any]:
     medium = "any" if kind is None else kind.value
     found = _plugin("effect", effect)
     words = {k: v for k, v in vars(effect).items() if isinstance(v, Enum) and k != "medium"}
-    usual = {**vars(type(effect)), **options.log_words}
+    default = {f.name: f.default for f in dataclasses.fields(effect)}
+    usual = {**default, **options.log_words}
     choices: dict[str, Any] = {k: v.value for k, v in words.items() if v is not usual[k]}
     choices |= {k: getattr(effect, k) for k in number_lists(effect) if getattr(effect, k)}
     if "parameters" in found:
         # sizes and places at their default say nothing
-        known, default = parameters_of(effect), vars(type(effect))
-        values = found["parameters"].items()
+        known, values = parameters_of(effect), found["parameters"].items()
         kept = {k: v for k, v in values if known[k].fit or v != default.get(k)}
         found = {**found, "parameters": kept}
     return {

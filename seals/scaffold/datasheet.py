@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -175,7 +176,10 @@ def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
 def _motors(log: Log) -> Iterator[str]:
     stated = log.meta.get("motors")
     known = [
-        (key, value) for key, value in vars(motor_curve(stated)).items() if key in (stated or ())
+        # sequences as YAML writes them
+        (key, json.dumps(value))
+        for key, value in vars(motor_curve(stated)).items()
+        if key in (stated or ())
     ]
     yield "# Motor curve, if commands are not speeds: see docs/logs.md"
     if known:

@@ -56,6 +56,9 @@ _NO_CORNERS: Floats = np.zeros((0, 3, 3))
 def shape_of_solid(solid: Solid) -> Shape:
     """Return a solid of the ground as a shape."""
     turn = matrix_of(solid.quaternion[None])[0]
+    if solid.terrain is not None:
+        nodes, faces = solid.terrain.mesh()
+        return Shape("mesh", (), solid.position, turn, nodes[faces])
     return Shape(solid.kind, solid.size, solid.position, turn, _NO_CORNERS)
 
 

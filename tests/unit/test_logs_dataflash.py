@@ -57,6 +57,8 @@ def flight(vehicle: str = "ArduSub V4.1.0 (89639005)") -> bytes:
     raw += packed("MSG", 1, vehicle.encode())
     for output, function in ((1, 34), (2, 33), (3, 0), (5, 35)):
         raw += packed("PARM", 1, f"SERVO{output}_FUNCTION".encode(), float(function))
+    for motor, way in ((1, 1.0), (2, -1.0), (3, -1.0)):
+        raw += packed("PARM", 1, f"MOT_{motor}_DIRECTION".encode(), way)
     for k in range(COUNT):
         t = 5_000_000 + STEP * k
         raw += packed("IMU", t, 0, 0.1, 0.2, 0.3 + k, 0.5, 0.25, -9.8125)
@@ -216,3 +218,10 @@ def test_declarations_that_do_not_fit_are_left_out(tmp_path: Path) -> None:
     for name in ("ODD", "LONG"):
         with pytest.raises(LogError, match=f"no topic '{name}'"):
             _read(tmp_path, raw, topics=[name])
+
+
+def test_reversed_thrusters_are_those_of_the_parameters(tmp_path: Path) -> None:
+    """MOT_n_DIRECTION below zero; a log without such parameters states nothing."""
+    assert _read(tmp_path).meta["motor_reverse"] == [2, 3]
+    plain = flight().replace(b"_DIRECTION", b"_DIRECTIO_")
+    assert "motor_reverse" not in _read(tmp_path, plain).meta

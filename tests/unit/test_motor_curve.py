@@ -11,7 +11,13 @@ import pytest
 from seals.errors import LogError
 from seals.logs.check import check_log
 from seals.logs.log import Log
-from seals.logs.motor_curve import MotorCurve, motor_curve, recognised, with_rotor_speeds
+from seals.logs.motor_curve import (
+    MotorCurve,
+    motor_curve,
+    recognised,
+    with_rotor_speeds,
+    with_thruster_forces,
+)
 
 FULL = 900.0
 ROTORS: list[dict[str, Any]] = [
@@ -118,3 +124,43 @@ def test_rpm_given_as_rad_per_second_are_found_by_the_weight() -> None:
     assert told.startswith("refuse")
     assert "motors.command=rpm" in told
     assert _hover(1.0, 0.8)["thrust_unlike_weight"].startswith("warn")
+
+
+THRUSTERS: list[dict[str, Any]] = [{"max_force": 30.0}, {"max_force": 20.0}]
+
+
+def _forces(values: Any, curve: MotorCurve, **meta: Any) -> Any:
+    log = _log(values)
+    log.meta.update(meta)
+    return with_thruster_forces(log, curve, THRUSTERS)[0].channel("thruster_cmd")
+
+
+def test_pulses_of_thrusters_become_forces_both_ways() -> None:
+    """1100 to 1900 us by the square or a share of it; a table with a dead zone; other ranges."""
+    square = _forces([[1500.0, 1900.0], [1300.0, 1700.0]], MotorCurve())
+    np.testing.assert_allclose(square, [[0.0, 20.0], [-7.5, 5.0]])
+    mixed = _forces([[1700.0, 1300.0]], MotorCurve(thrust_factor=0.4))
+    np.testing.assert_allclose(mixed, [[30.0 * (0.1 + 0.3), -20.0 * (0.1 + 0.3)]])
+    table = [[-1, -40], [-0.1, 0], [0.1, 0], [0.5, 8], [1, 50]]
+    held = _forces([[1520.0, 1480.0], [1620.0, 1100.0]], MotorCurve(points=table))
+    np.testing.assert_allclose(held, [[0.0, 0.0], [4.0, -40.0]])
+    shares = _forces([[0.5, -1.0]], MotorCurve(command="thrust_share"))
+    np.testing.assert_allclose(shares, [[15.0, -20.0]])
+    wide = MotorCurve(range=[1000, 2000])
+    np.testing.assert_allclose(_forces([[2000.0, 1500.0]], wide), [[30.0, 0.0]])
+
+
+def test_thrusters_are_ordered_and_turned_about() -> None:
+    """By the log's own directions, which the command line overrides; other counts are refused."""
+    pulses = [[1900.0, 1500.0, 1100.0]]
+    swapped = MotorCurve(order=[3, 1])
+    np.testing.assert_allclose(_forces(pulses, swapped), [[-30.0, 20.0]])
+    np.testing.assert_allclose(_forces(pulses, swapped, motor_reverse=[3]), [[30.0, 20.0]])
+    chosen = MotorCurve(order=[3, 1], reverse=[1])
+    np.testing.assert_allclose(_forces(pulses, chosen, motor_reverse=[3]), [[-30.0, -20.0]])
+    with pytest.raises(LogError, match=r"the robot 2 thrusters[\s\S]*motors\.order="):
+        _forces([[1500.0]], MotorCurve())
+    with pytest.raises(LogError, match="drives no thrusters"):
+        _forces(pulses, MotorCurve(command="rpm"))
+    with pytest.raises(LogError, match="not an increasing curve"):
+        MotorCurve(points=[[-1, 5], [1, -5]])

@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.environment.ground import Solid
+from seals.environment.ground import THICKNESS, Solid
+from seals.environment.terrain import Terrain
 from seals.errors import PhysicsError, RobotError
 from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
 from seals.plugins.backends.mujoco.loading import (
@@ -28,6 +29,10 @@ PASSES = 8
 """Most solutions of one step: for joint drives at their limits, and for contacts that slide."""
 ARENA = 1 << 26
 """Memory for contacts [bytes]."""
+FLAT = 1e-3
+"""Range of the heights of a terrain whose nodes are level [m]: the engine refuses none."""
+CELL, SIDE = 0.05, 513
+"""Edge of the cells of a terrain [m], and nodes along its sides at most to make them so small."""
 USUAL = Surface(friction=0.5, rolling=0.0, spinning=0.0, restitution=0.0)
 """Coefficients of a link whose URDF states none."""
 
@@ -105,11 +110,33 @@ class Scene:
         geom = self._spec.worldbody.add_geom(
             name=name, pos=solid.position, quat=[w, x, y, z], contype=0, conaffinity=0
         )
-        geom.type, geom.size = form(self.engine, solid.kind, solid.size)
+        if solid.terrain is not None:
+            self._spread(geom, name, solid.terrain)
+        else:
+            geom.type, geom.size = form(self.engine, solid.kind, solid.size)
         surface = Surface(
             friction=solid.friction, rolling=0.0, spinning=0.0, restitution=solid.restitution
         )
         return name, -1, True, surface
+
+    def _spread(self, geom: Any, name: str, terrain: Terrain) -> None:
+        """Give a shape the heights of a terrain, in shares of their range.
+
+        The engine's own collisions of convex shapes lift a box by millimetres at the seams of the
+        prisms that a height map is made of; the older ones, on prisms as small as the box, do not.
+        """
+        self._spec.option.disableflags |= self.engine.mjtDisableBit.mjDSBL_NATIVECCD
+        terrain = terrain.refined(CELL, SIDE)
+        low = float(terrain.heights.min())
+        span = max(float(terrain.heights.max()) - low, FLAT)
+        rows, columns = terrain.heights.shape
+        half = [0.5 * edge for edge in terrain.size]
+        self._spec.add_hfield(
+            name=name, nrow=rows, ncol=columns, size=[*half, span, THICKNESS],
+            userdata=((terrain.heights - low) / span).ravel(),
+        )  # fmt: skip
+        geom.type, geom.hfieldname = self.engine.mjtGeom.mjGEOM_HFIELD, name
+        geom.pos = [*geom.pos[:2], low]
 
     def add(self, robot: RobotModel, body: Stepped) -> Description:
         """Add a robot and its contact pairs with the shapes that are in the scene already.

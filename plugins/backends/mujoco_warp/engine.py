@@ -9,6 +9,7 @@ import numpy as np
 
 from seals.environment.ground import solids_of
 from seals.environment.settings import EnvironmentSettings
+from seals.errors import ConfigError
 from seals.plugins.backends.mujoco.backend import engine
 from seals.plugins.backends.mujoco.body import MujocoBody
 from seals.plugins.backends.mujoco.scene import Scene
@@ -64,6 +65,11 @@ class Engine:
         wp.config.log_level = wp.LOG_WARNING
         import mujoco_warp as mjw
 
+        if environment.terrain.file:
+            raise ConfigError(
+                "backend=mujoco_warp knows no height map: environment.terrain.file is given.\n"
+                "Use backend=mujoco or backend=pybullet, or ground_level and shore."
+            )
         mujoco = engine()
         self.count, self.device = count, device
         scene = Scene(mujoco, step, solids_of(environment), iterations)

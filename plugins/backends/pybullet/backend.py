@@ -221,7 +221,22 @@ def _forget(engine: Any, client: int, number: int, scene: weakref.ReferenceType[
 
 def _put(p: Any, client: int, solid: Solid) -> int:
     """Add a static solid."""
-    if solid.kind == "plane":
+    place = solid.position.tolist()
+    if solid.terrain is not None:
+        heights = solid.terrain.heights
+        rows, columns = heights.shape
+        across, up = solid.terrain.size
+        shape = {
+            "shapeType": p.GEOM_HEIGHTFIELD,
+            "meshScale": [across / (columns - 1), up / (rows - 1), 1.0],
+            "heightfieldData": heights.ravel().tolist(),
+            # x runs fastest
+            "numHeightfieldRows": columns,
+            "numHeightfieldColumns": rows,
+        }
+        # the engine puts the middle of the range at the origin of the body
+        place[2] += 0.5 * float(heights.min() + heights.max())
+    elif solid.kind == "plane":
         shape = {"shapeType": p.GEOM_PLANE, "planeNormal": [0, 0, 1]}
     elif solid.kind == "box":
         shape = {"shapeType": p.GEOM_BOX, "halfExtents": [0.5 * edge for edge in solid.size]}
@@ -233,7 +248,7 @@ def _put(p: Any, client: int, solid: Solid) -> int:
     body = p.createMultiBody(
         0.0,
         p.createCollisionShape(**shape, physicsClientId=client),
-        basePosition=solid.position.tolist(),
+        basePosition=place,
         baseOrientation=solid.quaternion.tolist(),
         physicsClientId=client,
     )

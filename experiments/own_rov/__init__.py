@@ -1,0 +1,1 @@
+"""Recordings of an ROV as ArduSub writes them on board."""

@@ -1,0 +1,1 @@
+"""A remotely operated vehicle of 13.5 kg with eight thrusters, of the BlueROV2 Heavy kind."""
