@@ -52,6 +52,7 @@ class Row(NamedTuple):
         memory: largest of the process [MB].
         start: processor time from the settings to the first block, without a cache [s].
         begin: the same in thousands of the engine's steps.
+        code: part of the start that goes into laws: following, writing and compiling them [s].
     """
 
     pace: float
@@ -62,6 +63,7 @@ class Row(NamedTuple):
     memory: float
     start: float
     begin: float
+    code: float = 0.0
 
 
 class Measured(NamedTuple):
@@ -151,11 +153,11 @@ def measured(case: str, repeats: int) -> Row:
     """Measure a case in this process."""
     import world as worlds
 
-    begin = time.process_time()
+    begin, code = time.process_time(), _timed_compiler()
     with tempfile.TemporaryDirectory() as folder:
         found = built(case, Path(folder))
         _block(found)
-        start = time.process_time() - begin
+        start, coded = time.process_time() - begin, code[0]
         _block(found)
         pairs = [(_block(found), worlds.bare(found.world) / found.each) for _ in range(repeats)]
         found.again()
@@ -165,7 +167,33 @@ def measured(case: str, repeats: int) -> Row:
     slow = statistics.quantiles(spans, n=20)[-1] / statistics.median(spans)
     share = statistics.median(a / b for a, b in pairs)
     real, begun = pace * found.each * STEP, start * engine * found.each / 1000.0
-    return Row(pace, engine, share, slow, real, memory, start, begun)
+    return Row(pace, engine, share, slow, real, memory, start, begun, coded)
+
+
+def _timed_compiler() -> list[float]:
+    """Return processor time spent on machine code of laws from now on [s], kept up to date."""
+    from seals.world.scalar_compiler import kernel, rows
+
+    spent, inside = [0.0], [False]
+
+    def timed(work: Callable[..., Any]) -> Callable[..., Any]:
+        def done(*given: Any) -> Any:
+            if inside[0]:
+                return work(*given)
+            inside[0], begin = True, time.process_time()
+            try:
+                return work(*given)
+            finally:
+                inside[0] = False
+                spent[0] += time.process_time() - begin
+
+        return done
+
+    for module in (kernel, rows):
+        for name in ("followed", "text_of", "_machine_code"):
+            if hasattr(module, name):
+                setattr(module, name, timed(getattr(module, name)))
+    return spent
 
 
 def _block(found: Measured) -> float:
@@ -205,18 +233,18 @@ def table(rows: Mapping[str, Row]) -> str:
     """Return the table.
 
     Example:
-        >>> print(table({"a": Row(50.0, 100.0, 0.5, 1.2, 0.2, 90.0, 1.5, 0.15)}))
-        | case | steps/s | bare engine | share | 95 % of steps | real time | memory | start |
-        |---|---|---|---|---|---|---|---|
-        | a | 50 | 100 | 0.500 | 1.2 medians | 0.2 | 90 MB | 1.5 s, 0.15 k steps |
+        >>> print(table({"a": Row(50.0, 100.0, 0.5, 1.2, 0.2, 90.0, 1.5, 0.15, 0.9)}))
+        | case | steps/s | bare engine | share | 95 % of steps | real time | memory | start | laws |
+        |---|---|---|---|---|---|---|---|---|
+        | a | 50 | 100 | 0.500 | 1.2 medians | 0.2 | 90 MB | 1.5 s, 0.15 k steps | 0.9 s |
     """
     heads = ("case", "steps/s", "bare engine", "share", "95 % of steps", "real time", "memory")
-    lines = ["| " + " | ".join((*heads, "start")) + " |", "|---" * 8 + "|"]
+    lines = ["| " + " | ".join((*heads, "start", "laws")) + " |", "|---" * 9 + "|"]
     for case, row in rows.items():
         words = (
             *(case, f"{row.pace:,.0f}", f"{row.engine:,.0f}", f"{row.share:.3f}"),
             *(f"{row.slow:.3g} medians", f"{row.real:.3g}", f"{row.memory:.0f} MB"),
-            f"{row.start:.3g} s, {row.begin:.3g} k steps",
+            *(f"{row.start:.3g} s, {row.begin:.3g} k steps", f"{row.code:.3g} s"),
         )
         lines.append("| " + " | ".join(words) + " |")
     return "\n".join(lines)
@@ -226,7 +254,7 @@ def fallen(rows: Mapping[str, Row], last: Mapping[str, Sequence[float]]) -> list
     """Return what is worse than in the last table, by ratios.
 
     Example:
-        >>> now = Row(50.0, 100.0, 0.5, 1.2, 0.2, 90.0, 1.5, 0.15)
+        >>> now = Row(50.0, 100.0, 0.5, 1.2, 0.2, 90.0, 1.5, 0.15, 0.9)
         >>> fallen({"a": now}, {"a": now._replace(share=0.8)})
         ['a: share of the engine 0.5, was 0.8']
         >>> fallen({"a": now}, {"a": now._replace(share=0.6), "b": now})

@@ -269,10 +269,12 @@ def check_tree(thing: object, *, where: str) -> None:
         check_fields(type(thing), vars_of(thing), where=where)
     elif isinstance(thing, dict):
         for key, item in thing.items():
-            check_tree(item, where=f"{where}.{key}")
+            if type(item) not in _SAFE:
+                check_tree(item, where=f"{where}.{key}")
     elif isinstance(thing, list | tuple):
         for index, item in enumerate(thing):
-            check_tree(item, where=f"{where}[{index}]")
+            if type(item) not in _SAFE:
+                check_tree(item, where=f"{where}[{index}]")
 
 
 def check_fields(cls: type, values: dict[str, Any], *, where: str) -> None:

@@ -297,6 +297,7 @@ class CompiledEngineBody(EngineMotion, Protocol):
         ...
 
 
+@runtime_checkable
 class CompiledMasses(CompiledEngineBody, Protocol):
     """The same of an engine with scalar link masses and joint motors, see `EngineBody`."""
 
@@ -334,6 +335,7 @@ class CompiledMasses(CompiledEngineBody, Protocol):
         """
 
 
+@runtime_checkable
 class CompiledSolving(CompiledEngineBody, Protocol):
     """The same of an engine that solves added inertia and joint drives, see `SolvingEngineBody`."""
 

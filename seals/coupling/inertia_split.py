@@ -135,6 +135,8 @@ class InertiaSplit:
         self._scale = np.stack((robot.mass, engine.moments.min(axis=1)), axis=1)
         self._units: dict[str, tuple[bytes, Floats]] = {}
         self._raised = False
+        # wanted isotropic part that is known to change nothing, as bytes
+        self._same: bytes | None = None
 
     def snapshot(self) -> Any:
         """Return the isotropic parts held by the engine."""
@@ -265,7 +267,12 @@ class InertiaSplit:
 
     def changes(self, wanted: Floats) -> bool:
         """Return whether `update` would set the engine's masses."""
-        return bool(self._far(wanted).any())
+        kept = wanted.tobytes()
+        if kept == self._same:
+            return False
+        changed = bool(self._far(wanted).any())
+        self._same = None if changed else kept
+        return changed
 
     def _far(self, wanted: Floats) -> NDArray[np.bool_]:
         """Which links' isotropic parts have changed, shape (L, 2)."""
@@ -323,6 +330,7 @@ class InertiaSplit:
         """Put an isotropic part into the engine."""
         robot = self._robot
         self._iso[link] = mass, moment
+        self._same = None
         total = float(robot.mass[link] + mass)
         self._engine.set_inertia(link, total, self._engine.moments[link] + moment)
         inertia = robot.inertia[link] + moment * np.eye(3)

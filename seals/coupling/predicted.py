@@ -22,7 +22,13 @@ import numpy as np
 
 from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics, LinksAt
-from seals.coupling.engine import Contacts, EngineBody, ImplicitDrive, generalised
+from seals.coupling.engine import (
+    CompiledMasses,
+    Contacts,
+    EngineBody,
+    ImplicitDrive,
+    generalised,
+)
 from seals.coupling.inertia_split import InertiaSplit, JointStops
 from seals.multibody.linear import solved
 from seals.multibody.servo import driven, heavier
@@ -339,7 +345,8 @@ class PredictedForces:
 
     def steps_alone(self) -> bool:
         """Return whether the engine can be stepped by a program now: no motors act."""
-        return not self.running and hasattr(self._engine, "write_step") and self._engine.alone()
+        engine = self._engine
+        return not self.running and isinstance(engine, CompiledMasses) and engine.alone()
 
     def write_step(
         self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool

@@ -10,6 +10,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.backend import Dynamics, LinksAt
 from seals.coupling.engine import (
+    CompiledSolving,
     Contacts,
     ImplicitDrive,
     SolvingEngineBody,
@@ -117,7 +118,7 @@ class SolvedForces:
 
     def steps_alone(self) -> bool:
         """Return whether the engine can be stepped by a program, see `CompiledSolving`."""
-        return hasattr(self._engine, "write_step") and bool(self._engine.steps_alone())
+        return isinstance(self._engine, CompiledSolving) and self._engine.steps_alone()
 
     def write_step(
         self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool

@@ -77,7 +77,8 @@ class EffectSet:
 
     def having(self, hook: str) -> tuple[BoundEffect, ...]:
         """Return the effects that define a hook."""
-        return tuple(b for b in self.bound if _defines(cast(Any, type(b.effect)), hook))
+        found = [b for b in self.bound if _defines(cast(Any, type(b.effect)), hook)]
+        return tuple(found)
 
     @property
     def wrenching(self) -> tuple[str, ...]:

@@ -99,7 +99,17 @@ def entry_shares(hull: Hull) -> Floats:
         >>> entry_shares(HullSphere(radius=0.2)).round(3)
         array([0.5, 0.5, 0.5, 0.5, 0.5, 0.5])
     """
-    return np.array([_share(hull, up) for up in WAYS])
+    touching, reach = TOUCHED * hull.volume, np.full(len(WAYS), hull.reach)
+    low = _first(hull, lambda volume, _: volume > touching, -reach, reach)
+    # the highest point is the lowest one along the opposite normal
+    height = -low - np.roll(low, 3)
+    # half of the widest waterplane, but not above the depth of a sphere
+    widest = _cuts(hull, _levels(low, low + height))[1].max(axis=1)
+    half = _first(hull, lambda _, area: area >= 0.5 * widest[:, None], low, low + height)
+    radius = np.minimum(np.sqrt(widest / math.pi), 0.5 * height)
+    level = np.maximum(half, low + HALF * radius)
+    found: Floats = _cuts(hull, level[:, None])[0][:, 0] / hull.volume * 0.5 / HALF_SHARE
+    return found
 
 
 def entry_share(shares: Array | None, normal: Array) -> Array:
@@ -117,45 +127,44 @@ def entry_share(shares: Array | None, normal: Array) -> Array:
     return both[:, 0:1] + both[:, 1:2] + both[:, 2:3]
 
 
-def _share(hull: Hull, up: Floats) -> float:
-    """Return the entry share of a hull for one normal."""
-    touching, reach = TOUCHED * hull.volume, (-hull.reach, hull.reach)
-    low, top = (_first(hull, way, lambda v, _: v > touching, reach) for way in (up, -up))
-    height = -low - top
-    # s' of `entry_shares`: half of the widest waterplane, but not above the depth of a sphere
-    widest = float(_cuts(hull, up, np.linspace(low, low + height, LEVELS))[1].max())
-    half = _first(hull, up, lambda _, area: area >= 0.5 * widest, (low, low + height))
-    radius = min(math.sqrt(widest / math.pi), 0.5 * height)
-    level = max(half, low + HALF * radius)
-    volume, _ = _cuts(hull, up, np.array([level]))
-    return float(volume[0]) / hull.volume * 0.5 / HALF_SHARE
+def _levels(low: Floats, high: Floats) -> Floats:
+    return np.linspace(low, high, LEVELS, axis=1)
 
 
-def _first(
-    hull: Hull,
-    up: Floats,
-    test: Callable[[Floats, Floats], Any],
-    between: tuple[float, float],
-) -> float:
-    """Return the lowest of some levels at which a test of volume and waterplane area holds [m]."""
-    low, high = between
+def _first(hull: Hull, test: Callable[[Floats, Floats], Any], low: Floats, high: Floats) -> Floats:
+    """Return the lowest levels at which a test of volume and waterplane area holds [m].
+
+    Args:
+        hull: the hull.
+        test: of shapes (6, K).
+        low: where it does not hold, for the normals `WAYS` [m], shape (6,).
+        high: where it does.
+    """
+    rows = np.arange(len(WAYS))
     for _ in range(ROUNDS):
         # each round narrows the interval by LEVELS - 1
-        levels = np.linspace(low, high, LEVELS)
-        k = int(np.argmax(test(*_cuts(hull, up, levels))))
-        low, high = float(levels[max(k - 1, 0)]), float(levels[k])
+        levels = _levels(low, high)
+        k = np.argmax(test(*_cuts(hull, levels)), axis=1)
+        low, high = levels[rows, np.maximum(k - 1, 0)], levels[rows, k]
     return high
 
 
-def _cuts(hull: Hull, up: Floats, levels: Floats) -> tuple[Floats, Floats]:
-    """Return submerged volume [m^3] and waterplane area [m^2] at some levels, each (K,)."""
+def _cuts(hull: Hull, levels: Floats) -> tuple[Floats, Floats]:
+    """Return submerged volume [m^3] and waterplane area [m^2] for the normals `WAYS`.
+
+    Args:
+        hull: the hull.
+        levels: some of each normal [m], shape (6, K), as the results.
+    """
     if isinstance(hull, HullPlaced):
-        ones = np.ones_like(levels)
-        sums = hull.sums(np, up[0] * ones, up[1] * ones, up[2] * ones, levels)
-        return sums.volume, sums.area
+        x, y, z = np.repeat(WAYS, levels.shape[1], axis=0).T
+        sums = hull.sums(np, x, y, z, levels.ravel())
+        return sums.volume.reshape(levels.shape), sums.area.reshape(levels.shape)
     if isinstance(hull, HullCompound):
-        found = [_cuts(part, up, levels - up @ hull.lift) for part in hull.parts]
+        found = [_cuts(part, levels - (WAYS @ hull.lift)[:, None]) for part in hull.parts]
         volume, area = (sum(column) for column in zip(*found, strict=True))
         return hull.scale * volume, hull.scale * area
-    rows = cast(Cuttable, hull).cut(up[None], levels[None])[0]
-    return rows[:, 0], rows[:, 4]
+    each = zip(WAYS, levels, strict=True)
+    # one normal at a time: a hull of many samples takes the memory of all levels
+    rows = np.stack([cast(Cuttable, hull).cut(up[None], own[None])[0] for up, own in each])
+    return rows[:, :, 0], rows[:, :, 4]

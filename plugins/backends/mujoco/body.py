@@ -19,6 +19,11 @@ from seals.robot.model import RobotModel
 from seals.world.scalar_compiler import Place, Program, compiled
 
 Given: TypeAlias = tuple[Place, int]
+_BEFORE = (
+    *("mj_makeConstraint", "mj_projectConstraint", "mj_fwdVelocity"),
+    "mj_fwdAcceleration",
+)
+"""Stages between the collisions of a step and its first solution."""
 """Place of some numbers, and how many."""
 
 
@@ -332,7 +337,7 @@ class MujocoBody:
             self._write_stages(program, "mj_Euler")
             return record, RECORD
         program.refuse_if(program.address(self._library.place(d, "ncon")), integer=True)
-        self._write_stages(program, "mj_makeConstraint", "mj_projectConstraint", "mj_fwdVelocity")
+        self._write_stages(program, *_BEFORE)
         self._write_solution(program, [*drive, outer])
         self._write_stages(program, "mj_Euler")
         return None
@@ -369,7 +374,7 @@ class MujocoBody:
             program: to write to.
             given: places of what `_write_drives` takes, or of the forces on the joints alone.
         """
-        self._write_stages(program, "mj_fwdAcceleration", "mj_fwdConstraint")
+        self._write_stages(program, "mj_fwdConstraint")
         forces = self._write_drives(program, given) if len(given) > 1 else given[0]
         program.copy(program.memory(self._felt), *forces)
 
@@ -386,7 +391,7 @@ class MujocoBody:
         d, contacts = self._scene.data, ContactLoop(program, self._library, self._scene)
         change = program.address(d.qacc.ctypes.data)
         contacts.write_count()
-        self._write_stages(program, "mj_makeConstraint", "mj_projectConstraint", "mj_fwdVelocity")
+        self._write_stages(program, *_BEFORE)
         contacts.write_begin()
         again, settled = contacts.places
         with program.repeated(PASSES, again):
@@ -394,7 +399,6 @@ class MujocoBody:
             contacts.write_correction(change)
             with program.unless(settled):
                 contacts.write_references()
-                self._write_stages(program, "mj_factorM")
                 program.copy(program.address(d.qacc_warmstart.ctypes.data), change, d.qacc.size)
         return contacts.write_record()
 

@@ -222,15 +222,16 @@ class Scene:
         sliding = self.sliding if d.ncon else None
         if sliding is not None:
             sliding.begin()
+        e.mj_fwdAcceleration(m, d)
         for _ in range(PASSES):
-            e.mj_fwdAcceleration(m, d)
             e.mj_fwdConstraint(m, d)
             again = sliding is not None and sliding.correct(self.step)
-            for body in self._bodies:
-                again |= body.saturate()
-            if not again:
+            held = [body.saturate() for body in self._bodies]
+            if any(held):
+                e.mj_factorM(m, d)
+                e.mj_fwdAcceleration(m, d)
+            elif not again:
                 break
-            e.mj_factorM(m, d)
             # the engine itself keeps the solution at the end of a step alone
             d.qacc_warmstart[:] = d.qacc
         e.mj_Euler(m, d)

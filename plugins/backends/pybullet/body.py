@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
@@ -73,11 +72,12 @@ class PybulletBody:
         self.joint_speed_limit = np.where(stated > 0.0, stated, np.inf)
         self._states: Any = ()
         degrees, joints = robot.degrees, robot.tree.joints
-        self._arrays = tuple(np.zeros(size) for size in (3, 4, degrees, joints))
+        self._now, ends = np.zeros(7 + degrees + joints), (3, 7, 7 + degrees)
+        self._arrays = np.split(self._now, ends)
         self._felt, self._made = np.zeros(joints), False
         self._problem: BaseException | None = None
         # what `put` was given last; None where the engine stands elsewhere
-        self._stands: tuple[Floats, ...] | None = None
+        self._stands: Sequence[Any] | None = None
 
     def place(self, position: Floats, quaternion: Floats) -> None:
         """Set the pose of the base link."""
@@ -131,20 +131,21 @@ class PybulletBody:
     def set_velocity(self, velocity: Floats, joints: Floats) -> None:
         """Set the velocity and the joint positions."""
         self._stands = None
-        if self._base:
-            self._p.resetBaseVelocity(
-                self.body,
-                velocity[:3].tolist(),
-                velocity[3:6].tolist(),
-                physicsClientId=self._client,
-            )
+        self._move(velocity.tolist(), joints.tolist())
+
+    def _move(self, velocity: list[float], joints: list[float]) -> None:
+        p, client, base = self._p, self._client, self._base
+        if base:
+            linear, spin = velocity[:3], velocity[3:6]
+            p.resetBaseVelocity(self.body, linear, spin, physicsClientId=client)
         if self._joints:
-            self._p.resetJointStatesMultiDof(
+            order = self._order
+            p.resetJointStatesMultiDof(
                 self.body,
                 self._joints,
-                [[q] for q in self._engine_order(joints)],
-                [[v] for v in self._engine_order(velocity[self._base :])],
-                physicsClientId=self._client,
+                [[joints[k]] for k in order],
+                [[velocity[base + k]] for k in order],
+                physicsClientId=client,
             )
 
     def native(self) -> tuple[Floats, ...]:
@@ -162,12 +163,16 @@ class PybulletBody:
 
     def put(self, *written: Floats) -> None:
         """Set place, attitude, velocity and joints."""
-        place, turn, velocity, joints = written
+        self._put(written, *(values.tolist() for values in written))
+
+    def _put(
+        self, written: Any, place: Any, turn: Any, velocity: list[float], joints: list[float]
+    ) -> None:
         if self._base:
             self._p.resetBasePositionAndOrientation(
-                self.body, place.tolist(), turn.tolist(), physicsClientId=self._client
+                self.body, place, turn, physicsClientId=self._client
             )
-        self.set_velocity(velocity, joints)
+        self._move(velocity, joints)
         self._stands = written
 
     def forget(self) -> None:
@@ -185,6 +190,10 @@ class PybulletBody:
 
     def state(self) -> tuple[Floats, Floats]:
         """Return the velocity and the joint positions."""
+        velocity, joints = self._motion()
+        return np.array(velocity), np.array(joints)
+
+    def _motion(self) -> tuple[list[float], list[float]]:
         velocity: list[float] = []
         joints: list[float] = []
         if self._base:
@@ -195,7 +204,7 @@ class PybulletBody:
             joints += [states[k][0] for k in self._back]
             velocity += [states[k][1] for k in self._back]
             self._states = states
-        return np.array(velocity), np.array(joints)
+        return velocity, joints
 
     def mass_matrix(self, joints: Floats) -> Floats:
         """Return the generalised inertia at joint positions."""
@@ -268,15 +277,14 @@ class PybulletBody:
         refused = np.zeros(1)
 
         def step() -> None:
-            with contextlib.suppress(Exception):  # the step is refused, and fails one by one
-                if stays() and self._clear():
-                    self.apply_generalised(*given)
-                    self._p.stepSimulation(physicsClientId=self._client)
-                    self._made = True
-                    for array, values in zip(self._arrays, self.native(), strict=True):
-                        array[:] = values
-                    # the engine's contacts of large bodies begin farther away
-                    refused[0] = float(self.contacts() is not None)
+            if stays() and self._clear():
+                self.apply_generalised(*given)
+                self._p.stepSimulation(physicsClientId=self._client)
+                self._made = True
+                (place, turn), (velocity, joints) = self.native_pose(), self._motion()
+                self._now[:] = [*place, *turn, *velocity, *joints]
+                # the engine's contacts of large bodies begin farther away
+                refused[0] = float(self.contacts() is not None)
 
         program.copy(program.memory(refused), program.memory(np.ones(1)), 1)
         self._write_call(program, step)
@@ -284,15 +292,19 @@ class PybulletBody:
 
     def write_put(self, program: Program, written: Sequence[Given], forces: Given) -> Given:
         """Write `put`, and that the forces on the joints are kept; return the place of the pose."""
-        arrays, pose = [np.zeros(size) for _, size in written], np.zeros(7)
-        for array, given in zip(arrays, written, strict=True):
+        *ends, whole = np.cumsum([size for _, size in written]).tolist()
+        kept, pose = np.zeros(whole), np.zeros(7)
+        for array, given in zip(np.split(kept, ends), written, strict=True):
             program.copy(program.memory(array), *given)
         program.copy(program.memory(self._felt), *forces)
 
         def put() -> None:
             self._made = False
-            self.put(*(array.copy() for array in arrays))
-            pose[:3], pose[3:] = self.native_pose()
+            values = kept.tolist()
+            parts = [values[a:b] for a, b in zip((0, *ends), (*ends, whole), strict=True)]
+            self._put(parts, *parts)
+            place, turn = self.native_pose()
+            pose[:] = place + turn
 
         self._write_call(program, put)
         return program.memory(pose), 7
@@ -331,11 +343,8 @@ class PybulletBody:
     def leave(self) -> None:
         """Take back a step by `write_step` that was refused.
 
-        A step in which a call of the engine failed is one of those: it is made again one by one,
-        and fails there.
-
         Raises:
-            BaseException: what was raised besides.
+            BaseException: what was raised in it, by the engine or in Python.
         """
         problem, self._problem = self._problem, None
         if self._made:
