@@ -11,7 +11,7 @@ Optics: ``none``, ``attenuation`` (attenuation, veil, fall of light with depth) 
 caustics, a surface of eight ripples seen from below, noise), water of the type coastal_5.
 
 ``python benchmarks/pictures.py --case raycast --device cuda --fused --environments 1024`` needs no
-PyBullet, only torch, numpy, scipy, array-api-compat, hydra-core, omegaconf and trimesh.
+PyBullet, only torch, numpy, scipy, array-api-compat, hydra-core, omegaconf, trimesh and yourdfpy.
 """
 
 from __future__ import annotations

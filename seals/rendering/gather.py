@@ -74,12 +74,10 @@ def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[Shape]]:
     They are the visual geometry of the URDF, the collision geometry of links that have none.
     """
     loaded = drawn_urdf(robot)
-    named = {material.get("name"): material for material in loaded.findall("material")}
+    named = {m.name: m for m in loaded.materials or ()}
     drawn = {
-        link.attrib["name"]: [
-            *_visuals(robot, link.findall("visual") or link.findall("collision"), named)
-        ]
-        for link in loaded.findall("link")
+        str(link.name): [*_visuals(robot, link.visuals or link.collisions or (), named)]
+        for link in loaded.links
     }
     if detail is Detail.visual:
         return drawn
@@ -90,23 +88,21 @@ def _looks(robot: RobotModel, detail: Detail) -> dict[str, list[Shape]]:
     return found
 
 
-def _visuals(robot: RobotModel, parts: Any, named: Mapping[str | None, Any]) -> Iterator[Shape]:
+def _visuals(robot: RobotModel, parts: Any, named: Mapping[str, Any]) -> Iterator[Shape]:
     for part in parts:
         piece = piece_of_geometry(robot, part)
         if piece is not None:
-            yield _shape(piece, _colour(part.find("material"), named))
+            yield _shape(piece, _colour(getattr(part, "material", None), named))
 
 
 def _shape(p: Piece, colour: Colour) -> Shape:
     return Shape(p.kind, p.size, p.position, p.rotation, colour, 0, 0, p.vertices, p.faces)
 
 
-def _colour(material: Any, named: Mapping[str | None, Any]) -> Colour:
-    if material is not None and material.find("color") is None:
-        material = named.get(material.get("name"))
-    colour = None if material is None else material.find("color")
-    if colour is None:
+def _colour(material: Any, named: Mapping[str, Any]) -> Colour:
+    if material is not None and material.color is None:
+        material = named.get(material.name)
+    if material is None or material.color is None:
         return PLAIN
-    words = colour.get("rgba", "1 1 1 1").split()[:3]
-    red, green, blue = (min(max(float(x), 0.0), 1.0) for x in words)
+    red, green, blue = (min(max(float(x), 0.0), 1.0) for x in material.color.rgba[:3])
     return red, green, blue

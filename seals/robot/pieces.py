@@ -6,7 +6,6 @@ from collections.abc import Collection
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -23,10 +22,6 @@ from seals.hydrostatics import (
 )
 from seals.hydrostatics.meshes import load_triangles
 from seals.robot.model import RobotModel
-from seals.robot.structure import Element
-from seals.robot.urdf import pose_of
-
-_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length")}
 
 
 class Piece(NamedTuple):
@@ -91,19 +86,21 @@ def collision_pieces(
     ]
     if not any(touching):
         return ((),) * len(robot.links)
-    found = {link.get("name"): link for link in drawn_urdf(robot).findall("link")}
+    found = {link.name: link.collisions for link in drawn_urdf(robot).links}
     pieces = [
-        [piece_of_geometry(robot, one) for one in found[name].findall("collision")]
-        if touches
-        else []
+        [piece_of_geometry(robot, one) for one in found[name]] if touches else []
         for name, touches in zip(robot.links, touching, strict=True)
     ]
     return tuple(tuple(p for p in row if p is not None) for row in pieces)
 
 
-def drawn_urdf(robot: RobotModel) -> Element:
-    """Return the URDF of a robot as it is written; it was checked when the robot was built."""
-    return ElementTree.parse(robot.urdf).getroot()
+def drawn_urdf(robot: RobotModel) -> Any:
+    """Return the URDF of a robot with its visuals and collisions, meshes not read."""
+    from yourdfpy import URDF
+
+    return URDF.load(
+        robot.urdf, build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
+    ).robot
 
 
 def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
@@ -136,22 +133,27 @@ def _of_hull(hull: Hull, share: float) -> tuple[Piece, ...]:
     return (Piece(kind, size, np.array(known.position), turn, volume=volume),)
 
 
-def piece_of_geometry(robot: RobotModel, part: Element) -> Piece | None:
+def piece_of_geometry(robot: RobotModel, part: Any) -> Piece | None:
     """Return a visual or collision of the URDF in the axes of its link; None for no known shape.
 
     Raises:
         RobotError: its mesh cannot be read.
     """
-    (place, turn), shape = pose_of(part), part.find("geometry/*")
-    if shape is None or shape.tag not in ("mesh", *_SIZES):
+    pose = np.eye(4) if part.origin is None else np.asarray(part.origin, dtype=float)
+    place, turn, shape = pose[:3, 3], pose[:3, :3], part.geometry
+    if shape.box is not None:
+        return Piece("box", tuple(float(x) for x in shape.box.size), place, turn)
+    if shape.sphere is not None:
+        return Piece("sphere", (float(shape.sphere.radius),), place, turn)
+    if shape.cylinder is not None:
+        size = (float(shape.cylinder.radius), float(shape.cylinder.length))
+        return Piece("cylinder", size, place, turn)
+    if shape.mesh is None:
         return None
-    if shape.tag != "mesh":
-        words = " ".join(shape.attrib[name] for name in _SIZES[shape.tag])
-        return Piece(shape.tag, tuple(float(x) for x in words.split()), place, turn)
     # a mesh from its file, with the scale of the URDF
-    name = shape.attrib["filename"].removeprefix("file://").removeprefix("package://")
-    path = Path(robot.urdf).parent / name
-    scale = np.array([float(x) for x in shape.get("scale", "1 1 1").split()])
+    name = str(shape.mesh.filename).removeprefix("file://").removeprefix("package://")
+    path, given = Path(robot.urdf).parent / name, shape.mesh.scale
+    scale = np.ones(3) if given is None else np.ones(3) * np.asarray(given, dtype=float)
     try:
         points, faces = _loaded(str(path), path.stat().st_mtime_ns)
     except (OSError, ValueError, AttributeError, IndexError) as cause:

@@ -10,6 +10,7 @@ import re
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -18,20 +19,11 @@ from seals.arrays import Floats
 from seals.errors import RobotError, refuse_unlisted, suggestion
 from seals.hydrostatics.meshes import refuse_strange_format
 from seals.hydrostatics.references import refuse_elsewhere
-from seals.robot.structure import Element, check_structure
+from seals.robot.structure import check_structure
 
 _LARGEST_MESH = 50_000_000
 """Largest mesh that is loaded [bytes]."""
 _READ_BY_ENGINES = ("link", "joint", "material", "deformable")
-_SHAPES = ("box", "cylinder", "sphere", "mesh")
-_MASSES = ("mass", "inertia")
-_NUMBERS = {
-    "limit": ("lower", "upper", "effort", "velocity"),
-    "mimic": ("multiplier", "offset"),
-    "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
-    "calibration": ("rising", "falling"),
-    "color": ("rgba",),
-}
 _FILE_NAMES = {"filename", "file", "uri", "url"}
 _ENDINGS = (".stl", ".obj", ".dae")
 
@@ -48,16 +40,16 @@ def _relative(name: str) -> str:
     return name.removeprefix("file://").removeprefix("package://")
 
 
-def _refuse_bad_meshes(path: Path, robot: Element) -> None:
+def _refuse_bad_meshes(path: Path, robot: Any) -> None:
     """Refuse meshes that are missing, outside the robot's folder, or too large."""
     folder = path.parent.resolve()
-    for link in robot.findall("link"):
-        for part in (*link.findall("visual"), *link.findall("collision")):
-            mesh = part.findall("geometry/*")[0]
-            if mesh.tag != "mesh":
+    for link in robot.links:
+        for part in (*link.visuals, *link.collisions):
+            mesh = None if part.geometry is None else part.geometry.mesh
+            if mesh is None:
                 continue
-            name = mesh.attrib["filename"]
-            where = f"URDF {path}: link '{link.get('name')}': mesh '{name}'"
+            name = str(mesh.filename)
+            where = f"URDF {path}: link '{link.name}': mesh '{name}'"
             target = (folder / _relative(name)).resolve()
             # the folder that holds a robot's meshes: robots that come with SEALS share theirs
             shipped = Path(str(resources.files("seals.robots"))).resolve()
@@ -160,14 +152,14 @@ def read_urdf(path: Path, *, meshes: bool = True) -> Urdf:
         RobotError: the file is not a readable URDF, its tree is broken, or no body has its numbers.
     """
     robot = _parse(path, _text_of(path))
-    links = {link.attrib["name"]: _link(path, link) for link in robot.findall("link")}
-    joints = [_joint(path, joint) for joint in robot.findall("joint")]
+    links = {link.name: _link(path, link) for link in robot.links}
+    joints = [_joint(path, joint) for joint in robot.joints]
     order = _tree_order(path, list(links), joints)
     above = {joint.child: joint for joint in joints}
     if meshes:
         _refuse_bad_meshes(path, robot)
     return Urdf(
-        name=robot.get("name") or path.stem,
+        name=str(robot.name or path.stem),
         links=tuple(links[name] for name in order),
         joints=tuple(above[name] for name in order[1:]),
         listed=tuple(joint.name for joint in joints if joint.moves),
@@ -221,77 +213,53 @@ def _text_of(path: Path) -> bytes:
     return raw
 
 
-def _parse(path: Path, raw: bytes) -> Element:
-    """Element of the robot; what the engines read besides is made of shapes and numbers."""
-    root: Element = ElementTree.fromstring(raw)
-    if root.get("name") is None:
-        raise RobotError(f"URDF {path}: the robot has no name.\nGive it one: <robot name=...>.")
-    links = len(root.findall("link"))
-    if not links:
+def _parse(path: Path, raw: bytes) -> Any:
+    """Robot description of yourdfpy, without meshes."""
+    import io
+
+    from lxml.etree import LxmlError
+    from yourdfpy import URDF
+
+    try:
+        loaded = URDF.load(
+            io.BytesIO(raw),
+            build_scene_graph=False,
+            load_meshes=False,
+            build_collision_scene_graph=False,
+        )
+    except (LxmlError, ValueError, TypeError, KeyError, AttributeError, IndexError) as cause:
+        text = " ".join(str(cause).split())[:200]
+        raise RobotError(
+            f"URDF {path} cannot be read: {text}.\nCheck it against the URDF specification."
+        ) from cause
+    robot = loaded.robot
+    if not robot.links:
         raise RobotError(
             f"URDF {path} has no links.\nIt must contain one <robot> element with at least one "
             "<link>."
         )
-    if links > MOST_LINKS:
-        raise RobotError(f"URDF {path} has {links} links.\nAllowed: up to {MOST_LINKS}.")
-    for part in root:
-        for element in part.iter() if part.tag in _READ_BY_ENGINES else ():
-            for key in _NUMBERS.get(element.tag, ()):
-                try:
-                    _vector(element.get(key, "0"))
-                except ValueError as cause:
-                    raise RobotError(
-                        f"URDF {path} cannot be read: <{element.tag}> has {key}: {cause}.\n"
-                        "Check it against the URDF specification."
-                    ) from cause
-    for link in root.findall("link"):
-        for drawn in (*link.findall("visual"), *link.findall("collision")):
-            shape = drawn.find("geometry/*")
-            if shape is None or shape.tag not in _SHAPES:
-                kind = "nothing" if shape is None else f"<{shape.tag}>"
-                raise RobotError(
-                    f"URDF {path}: link '{link.get('name')}': <{drawn.tag}> has {kind} for a "
-                    f"shape.\nAllowed: <geometry> with one of {', '.join(_SHAPES)}."
-                )
-    return root
+    if len(robot.links) > MOST_LINKS:
+        raise RobotError(f"URDF {path} has {len(robot.links)} links.\nAllowed: up to {MOST_LINKS}.")
+    return robot
 
 
-def _vector(text: str) -> Floats:
-    return np.array([float(word) for word in text.split()])
-
-
-def pose_of(element: Element) -> tuple[Floats, Floats]:
-    """Return place [m], shape (3,), and rotation, shape (3, 3), of the origin in an element."""
-    origin = element.find("origin")
-    if origin is None:
-        return np.zeros(3), np.eye(3)
-    rpy = _vector(origin.get("rpy", "0 0 0"))
-    (si, sj, sk), (ci, cj, ck) = np.sin(rpy), np.cos(rpy)
-    turn = (
-        (cj * ck, sj * (si * ck) - ci * sk, sj * (ci * ck) + si * sk),
-        (cj * sk, sj * (si * sk) + ci * ck, sj * (ci * sk) - si * ck),
-        (-sj, cj * si, cj * ci),
-    )
-    # no zero is negative
-    return _vector(origin.get("xyz", "0 0 0")) + 0.0, np.array(turn) + 0.0
-
-
-def _link(path: Path, link: Element) -> UrdfLink:
+def _link(path: Path, link: Any) -> UrdfLink:
     """Mass properties of one link, turned into link axes and checked."""
-    out = UrdfLink(name=link.attrib["name"], collides=link.find("collision") is not None)
-    inertial = link.find("inertial")
-    if inertial is None:
+    out = UrdfLink(name=str(link.name), collides=bool(link.collisions))
+    if link.inertial is None:
         return out
     where = f"URDF {path}: link '{out.name}'"
-    out.centre, turn = pose_of(inertial)
-    given = {key: float(x) for part in inertial for key, x in part.items() if part.tag in _MASSES}
-    out.mass = given["value"]
-    names = (("ixx", "ixy", "ixz"), ("ixy", "iyy", "iyz"), ("ixz", "iyz", "izz"))
+    pose = (
+        np.eye(4) if link.inertial.origin is None else np.asarray(link.inertial.origin, dtype=float)
+    )
+    out.mass = float(link.inertial.mass)
+    inertia = np.asarray(link.inertial.inertia, dtype=float)
     if out.mass < 0.0:
         raise RobotError(
             f"{where}: mass {out.mass:g} kg is negative.\nAllowed: zero (a frame) or more."
         )
-    out.inertia = turn @ np.array([[given[name] for name in row] for row in names]) @ turn.T
+    out.centre = pose[:3, 3]
+    out.inertia = pose[:3, :3] @ inertia @ pose[:3, :3].T
     # refuse inertias that no body has; the structure check has seen to finite numbers
     moments = np.linalg.eigvalsh(out.inertia)
     if moments[0] < -1e-12 * max(1.0, moments[-1]):
@@ -309,37 +277,35 @@ def _link(path: Path, link: Element) -> UrdfLink:
     return out
 
 
-def _joint(path: Path, joint: Element) -> UrdfJoint:
+def _joint(path: Path, joint: Any) -> UrdfJoint:
     """One joint, checked."""
-    name, kind = joint.attrib["name"], joint.attrib["type"]
-    where = f"URDF {path}: joint '{name}'"
+    where = f"URDF {path}: joint '{joint.name}'"
+    kind = str(joint.type)
     refuse_unlisted(kind, [*_MOVING, "fixed"], f"{where} has the type '{kind}'", error=RobotError)
-    place, turn = pose_of(joint)
-    along, limit = joint.find("axis"), joint.find("limit")
-    axis = _vector("1 0 0" if along is None else along.get("xyz", "1 0 0"))
+    pose = np.eye(4) if joint.origin is None else np.asarray(joint.origin, dtype=float)
+    axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
     length = float(np.linalg.norm(axis))
-    if not np.all(np.isfinite(turn)) or (
+    if not np.all(np.isfinite(pose)) or (
         kind in _MOVING and not (np.isfinite(length) and length > 1e-9)
     ):
         raise RobotError(
             f"{where}: origin or axis is not finite, or the axis is zero.\nGive a unit axis."
         )
-    ends = [None if limit is None else limit.get(end) for end in ("lower", "upper")]
-    lower, upper = -np.inf, np.inf
-    if kind != "continuous" and None not in ends:
-        lower, upper = (float(str(end)) for end in ends)
+    limit = joint.limit
+    free = kind == "continuous" or limit is None or limit.lower is None or limit.upper is None
+    lower, upper = (-np.inf, np.inf) if free else (float(limit.lower), float(limit.upper))
     if lower > upper:
         raise RobotError(
             f"{where}: the lower limit {lower:g} is above the upper limit {upper:g}.\nSwap them."
         )
     return UrdfJoint(
-        name=name,
-        parent=joint.findall("parent")[0].attrib["link"],
-        child=joint.findall("child")[0].attrib["link"],
+        name=str(joint.name),
+        parent=str(joint.parent),
+        child=str(joint.child),
         moves=kind in _MOVING,
         prismatic=_MOVING.get(kind, False),
-        origin=place,
-        rotation=turn,
+        origin=pose[:3, 3],
+        rotation=pose[:3, :3],
         axis=axis / length if length else axis,
         lower=lower,
         upper=upper,

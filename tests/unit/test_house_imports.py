@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("plugins", "robots", "animals", "conf", "experiments")
-HEAVY = {"torch", "taichi", "pybullet", "mujoco", "matplotlib", "pandas", "trimesh"}
+HEAVY = {"torch", "taichi", "pybullet", "mujoco", "matplotlib", "pandas", "trimesh", "yourdfpy"}
 ORDER = {"seals": 0, "plugins": 1, "conf": 1, "robots": 2, "animals": 2, "experiments": 3}
 
 
