@@ -57,7 +57,8 @@ def pulses(force: Floats) -> Floats:
     kept = np.concatenate(([True], np.diff(points[:, 1]) > 0.0))
     share = np.interp(force, points[kept, 1], points[kept, 0])
     way = np.where(np.isin(np.arange(8) + 1, REVERSED), -1.0, 1.0)
-    return np.round(1500.0 + 400.0 * way * share)
+    widths: Floats = np.round(1500.0 + 400.0 * way * share)
+    return widths
 
 
 def dive(number: int, *fault: str) -> bytes:
