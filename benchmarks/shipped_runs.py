@@ -19,6 +19,7 @@ MASS = {
     "hexacopter": 3.1,
     "impactor": 0.51,
     "pendulum": 0.1,
+    "rov": 13.5,
     "sea_spider": 0.024,
     "ship_section": 46.8,
     "slocum": 70.0,
@@ -40,6 +41,7 @@ LENGTH = {
     "hexacopter": 0.3,
     "impactor": 0.02,
     "pendulum": 0.1,
+    "rov": 0.25,
     "sea_spider": 0.02,
     "ship_section": 0.2,
     "slocum": 0.4,
@@ -243,6 +245,7 @@ _LIMBS = ("current", "payload", "centre_of_gravity", "accelerometer_bias", "gyro
 
 SCENES = (
     _dived("auv", (), speed=0.8),
+    _dived("rov", (), speed=0.4),
     _released(
         "box",
         "water",

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import csv
 import functools
-import io
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -115,7 +115,8 @@ def _read(
     try:
         if Path(file).suffix.lower() == ".csv":
             text = read_bytes(file, most=_MOST_BYTES).decode("utf-8")
-            grid = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
+            rows = [[float(x) for x in row] for row in csv.reader(text.splitlines()) if row]
+            grid = np.array(rows, dtype=float).reshape(len(rows), -1)
         else:
             grid = low + (high - low) * read_grey(file)
     except (LogError, ValueError, OSError) as cause:
