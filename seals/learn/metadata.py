@@ -124,6 +124,10 @@ def world_config(config: Any) -> dict[str, Any]:
     if not any("fov" in (sensor or {}) for sensor in plain.get("sensors", {}).values()):
         plain = {key: value for key, value in plain.items() if key not in SEEN}
     plain["backend"] = {k: v for k, v in plain["backend"].items() if k not in FREE_OF_BACKEND}
+    # a level world has the name that it had before there were height maps
+    around = plain["environment"]
+    if not around["terrain"]["file"]:
+        plain["environment"] = {k: v for k, v in around.items() if k != "terrain"}
     return {str(key): _placeless(value) for key, value in plain.items()}
 
 
