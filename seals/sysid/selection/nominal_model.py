@@ -8,7 +8,7 @@ from seals.sysid.predictors.extended_model import nonzero
 from seals.sysid.predictors.problem import Problem, linearise_model, rewindowed
 from seals.sysid.scores.disturbance_level import disturbance_level
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
-from seals.sysid.selection.relinearised import SETTLED, along_own_trajectory
+from seals.sysid.selection.relinearised import SETTLED
 
 _NOMINAL_ROUNDS = 8
 """Times that the nominal fit is repeated about its own values, at most."""
@@ -25,7 +25,6 @@ def estimate_disturbance(problem: Problem) -> EvidenceHypothesis:
         fitter = linearise_model(problem.plant, fitter.trajectory, at, gusts=fitter.windows.gusts)
         nominal = EvidenceHypothesis(candidates=(), fit=fitter.fit(()), fitter=fitter, score=0.0)
     nominal = _about_moved_numbers(problem, nominal)
-    nominal = along_own_trajectory(problem, None, nominal)
     fitter = nominal.fitter
     found = disturbance_level(nominal)
     if not 1.0 < found.level <= problem.policy.disturbance_admitted:

@@ -130,42 +130,29 @@ def converged(
         hypothesis = found
         if gain < SETTLED:
             break
-    return along_own_trajectory(problem, nominal, hypothesis)
+    return hypothesis
 
 
-def along_own_trajectory(
-    problem: Problem, nominal: EvidenceHypothesis | None, hypothesis: EvidenceHypothesis
-) -> EvidenceHypothesis:
-    """Repeat a good fit along the trajectory that its own model flies under the stated gusts.
+def along_own_trajectory(problem: Problem, nominal: EvidenceHypothesis) -> EvidenceHypothesis:
+    """Repeat a good fit of the stated model along the trajectory that it flies under its gusts.
 
     The trajectory of the free force follows the noise of the measurements. Responses along it share
     the noise of the residual, and where the motion is as small as the noise, they explain it: an
-    inertia 30 % too large, sensors 3 ms late (errors in variables). A model that leaves much over
-    has no better trajectory of its own.
-
-    Args:
-        problem: of the log.
-        nominal: model against which fits are scored; None for the stated model itself.
-        hypothesis: to repeat.
+    inertia 30 % too large, sensors 3 ms late (errors in variables). A model that lacks much has no
+    better trajectory of its own.
     """
-    fit, fitter = hypothesis.fit, hypothesis.fitter
-    own, trusted = problem.samples.posed and not problem.impact, problem.policy.misfit_trusted
-    if not own or problem.vehicle.servo or hypothesis.misfit > trusted:
-        return hypothesis
+    fit, fitter = nominal.fit, nominal.fitter
+    if problem.vehicle.servo or nominal.misfit > problem.policy.misfit_trusted:
+        return nominal
     prediction = predict(fitter.plant, fitter.trajectory, fit.values, cache=fitter.cache)
     error = fitter.windows.states(fitter.windows.residual(prediction), prediction)
     if not np.isfinite(error).all():
-        return hypothesis
-    delay, level = fitter.windows.delay, fitter.windows.gusts
-    late = {fitter.candidate_set.sensor_delay: delay} if delay else {}
-    moved = fitter.trajectory.moved(error)
-    fitter = linearise_model(fitter.plant, moved, {**fitter.at, **late}, gusts=level)
-    found = replace(fitter.fit(fit.free, start=fit.values), known=fit.known)
-    if nominal is None:
-        repeated = EvidenceHypothesis(candidates=(), fit=found, fitter=fitter, score=0.0)
-    else:
-        repeated = scored(hypothesis.candidates, found, fitter, nominal)
-    return repeated if repeated.misfit < trusted else hypothesis
+        return nominal
+    moved, level = fitter.trajectory.moved(error), fitter.windows.gusts
+    fitter = linearise_model(fitter.plant, moved, fitter.at, gusts=level)
+    found = fitter.fit((), start=fit.values)
+    repeated = EvidenceHypothesis(candidates=(), fit=found, fitter=fitter, score=0.0)
+    return repeated if repeated.misfit < problem.policy.misfit_trusted else nominal
 
 
 def repeat_worse_fits(

@@ -40,6 +40,7 @@ from seals.sysid.selection.onsets import (
     retimed,
 )
 from seals.sysid.selection.relinearised import (
+    along_own_trajectory,
     converged,
     refit_about_own_values,
     relinearise,
@@ -73,7 +74,12 @@ class WindowModels:
         if problem.impact and not base.candidates:
             self.nominal, tried = _refit_nominal(problem, self.nominal, tried, processes=processes)
         elif tried and not base.candidates and problem.samples.posed:
-            moved = about_other_numbers(problem, self.nominal, tried[0])
+            # what explains this little may explain the noise that the trajectory follows
+            if tried[0].score < problem.policy.relinearise:
+                own = self.nominal = along_own_trajectory(problem, self.nominal)
+                tried = extensions(problem, own, own, singles=singles, processes=processes)
+                tried = plainest(tried, trusted=problem.policy.plain_form)
+            moved = about_other_numbers(problem, self.nominal, tried[0]) if tried else self.nominal
             if moved is not self.nominal:
                 self.nominal = moved
                 tried = tuple(scored(h.candidates, h.fit, h.fitter, moved) for h in tried)
