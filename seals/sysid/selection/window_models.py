@@ -75,8 +75,10 @@ class WindowModels:
             self.nominal, tried = _refit_nominal(problem, self.nominal, tried, processes=processes)
         elif tried and not base.candidates and problem.samples.posed:
             # what explains this little may explain the noise that the trajectory follows
-            if tried[0].score < problem.policy.relinearise:
-                own = self.nominal = along_own_trajectory(problem, self.nominal)
+            weak = tried[0].score < problem.policy.relinearise
+            own = along_own_trajectory(problem, self.nominal) if weak else self.nominal
+            if own is not self.nominal:
+                self.nominal = own
                 tried = extensions(problem, own, own, singles=singles, processes=processes)
                 tried = plainest(tried, trusted=problem.policy.plain_form)
             moved = about_other_numbers(problem, self.nominal, tried[0]) if tried else self.nominal
