@@ -90,7 +90,7 @@ class Gusts(Effect):
     Example:
         >>> gusts = Gusts(altitude=30.48, low_wind=10.0)
         >>> round(gusts.deviation_z, 3), round(gusts.deviation_x, 3), round(gusts.length_x, 1)
-        (1.0, 1.724, 156.1)
+        (1.0, 1.716, 154.0)
     """
 
     deviation_x: float = param(
