@@ -1,4 +1,4 @@
-"""Error of a plug-in that breaks its contract."""
+"""Promises of plug-ins: conditions to require, and the error of one that breaks them."""
 
 from __future__ import annotations
 

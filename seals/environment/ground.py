@@ -91,7 +91,7 @@ def ground_height(environment: EnvironmentSettings, x: float, y: float) -> float
     bottom, water, land = _levels(e)
     uphill = x * math.cos(e.shore.heading) + y * math.sin(e.shore.heading)
     slope = water + math.tan(e.shore.slope) * (uphill - e.shore.waterline)
-    return max([min(max(slope, bottom), land), *levels[2:]])
+    return max([min(max(slope, bottom), land), *([] if own is None else [own])])
 
 
 def _shore(e: EnvironmentSettings, slope: float) -> list[Solid]:
