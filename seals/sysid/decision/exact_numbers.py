@@ -79,7 +79,8 @@ def explains_as_well(
     """Return whether named effects stand for the numbers that a first answer moved.
 
     Those of the first answer, or what it could not tell from them, are among them, and the
-    held-out misfit does not rise by more than the share that a name must let it fall.
+    held-out misfit does not rise by more than the share that a name must let it fall, or stays
+    below that of the stated noise, where the model that predicts better follows noise.
 
     Args:
         first: answer with the numbers free within their tolerances.
@@ -91,7 +92,7 @@ def explains_as_well(
         return False
     found = second.claims[0].hypothesis
     most = 1.0 + found.fitter.candidate_set.policy.error_falls
-    return held_out_misfit(found) <= most * held_out_misfit(model)
+    return held_out_misfit(found) <= max(most * held_out_misfit(model), 1.0)
 
 
 def still_wrong(

@@ -387,6 +387,7 @@ def extensions(
     table, first = linear_screen(base, regular, always=[*apart, *(uncertain if missing else ())])
     first += (timed := proposals(problem, base, regular, table, processes=processes))
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
+    jobs += _as_alone(base, regular, singles)
     if missing:
         jobs += initial_guesses(problem, base, candidates)
         # the strongest of those for a time may stand for one that needs a guess
@@ -438,6 +439,23 @@ def _shifted(fitter: Fitter, delay: float) -> Fitter:
 def _starts_of(candidate: Candidate, base: EvidenceHypothesis) -> list[dict[str, float]]:
     given = {k: base.fit.values[k] for k in base.fit.free}
     return [given | dict(zip(candidate.all_keys, s, strict=False)) for s in candidate.starts]
+
+
+def _as_alone(
+    base: EvidenceHypothesis, regular: Sequence[Candidate], singles: Sequence[EvidenceHypothesis]
+) -> list[tuple[Candidate, dict[str, float]]]:
+    """Start further effects at the values of those that explained most alone.
+
+    A response that grows with the square of its number has no slope at zero.
+    """
+    policy, budget = base.fitter.candidate_set.policy, base.fitter.candidate_set.budget
+    labels = {c.label for c in regular}
+    likely = [h for h in _likeliest(singles) if h.candidates[-1].label in labels]
+    return [
+        (h.candidates[-1], {**base.fit.values, **{k: h.fit.values[k] for k in h.fit.free}})
+        for h in likely[: budget.paired]
+        if h.score > policy.evidence
+    ]
 
 
 def linear_screen(
