@@ -387,8 +387,8 @@ def extensions(
     table, first = linear_screen(base, regular, always=[*apart, *(uncertain if missing else ())])
     first += (timed := proposals(problem, base, regular, table, processes=processes))
     jobs = [(c, begin) for c, values in first for begin in (values, *_starts_of(c, base))]
-    jobs += _as_alone(base, regular, singles)
     if missing:
+        jobs += _as_alone(base, regular, singles)
         jobs += initial_guesses(problem, base, candidates)
         # the strongest of those for a time may stand for one that needs a guess
         for activity in [c.activity for c, _ in timed[:1]]:
