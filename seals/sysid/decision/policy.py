@@ -159,13 +159,13 @@ class DecisionPolicy:
         "given where a force is left over: right models keep them within 1.5",
     )
     stated_chance: float = threshold(
-        0.05,
+        0.01,
         "1",
         "chance that a right data sheet is called wrong in a number: divided among all numbers "
-        "that the log determines (Bonferroni), some 3.4 sigma for each of 26",
+        "that the log determines (Bonferroni), some 4 sigma for each of 26",
     )
     stated_weight: float = threshold(
-        8.0,
+        3.0,
         "numbers",
         "weight of the stated tolerances against how far the other numbers moved: tolerances are "
         "good to a factor of two",
@@ -191,7 +191,7 @@ class DecisionPolicy:
     error_falls: float = threshold(
         0.01,
         "1",
-        "share by which the error must fall from the stated model to the one with a named effect",
+        "share by which the error must fall from the stated model for every effect that is named",
     )
     self_deception: float = threshold(
         0.5,
