@@ -78,10 +78,10 @@ def names(hypothesis: EvidenceHypothesis, extra: float = 0.0) -> list[str]:
 
 
 def test_an_honest_data_sheet_is_seldom_called_wrong() -> None:
-    """Of 2,000 data sheets with 30 numbers that keep their tolerances one in twenty at most."""
+    """Of 2,000 data sheets with 30 numbers that keep their tolerances one in a hundred at most."""
     rng = np.random.default_rng(7)
     told = [bool(names(moved(list(rng.standard_normal(30) * 0.995)))) for _ in range(2000)]
-    assert 0.01 < np.mean(told) < 0.05
+    assert 0.001 < np.mean(told) < 0.01
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_an_honest_data_sheet_is_seldom_called_wrong() -> None:
         ([0.1] * 25 + [-20.2], True),
         ([0.1] * 25 + [2.0], True),
         ([1.0, -1.0] * 12 + [2.5], False),
-        ([1.0, -1.0] * 12 + [4.0], True),
+        ([1.0, -1.0] * 12 + [4.5], True),
         ([3.0, -3.0] * 12 + [5.0], False),
     ],
 )
