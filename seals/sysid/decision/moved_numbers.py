@@ -68,7 +68,8 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
         of a right data sheet lies beyond it (Bonferroni);
         s_i^2 = (n + sum z_j^2) / (n + sum (1 - u_j^2)) over the other determined numbers, each z_j
         no larger than z_i, u their standard errors and n the weight of the tolerances as stated
-        (posterior of a common variance whose prior is a scaled inverse chi-squared law).
+        (posterior of a common variance whose prior is a scaled inverse chi-squared law), and s_i
+        at least a stated share.
 
     Args:
         hypothesis: model whose numbers were fitted.
@@ -80,7 +81,7 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
         return ()
     freedom = policy.stated_weight + len(known) - 1.0
     bound = float(stdtrit(freedom, 1.0 - 0.5 * policy.stated_chance / len(known)))
-    sizes = [_size(m, known, policy.stated_weight) for m in known]
+    sizes = [max(_size(m, known, policy.stated_weight), policy.stated_least) for m in known]
     return tuple(
         m for m, size in zip(known, sizes, strict=True) if m.sigmas**2 > (bound * size) ** 2 + extra
     )

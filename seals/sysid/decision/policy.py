@@ -170,6 +170,12 @@ class DecisionPolicy:
         "weight of the stated tolerances against how far the other numbers moved: tolerances are "
         "good to a factor of two",
     )
+    stated_least: float = threshold(
+        0.45,
+        "1",
+        "share of the stated tolerances below which they are not taken to be, however little the "
+        "other numbers moved",
+    )
     channel_band: float = threshold(
         3.0,
         "standard errors",
