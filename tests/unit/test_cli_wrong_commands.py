@@ -42,8 +42,6 @@ FIFTY = [
     ("view port=99999 robot=ball", "port=99999", "65535"),
     # a file that is not there, or of the wrong kind
     ("render nowhere", "run=nowhere: there is no such folder", "folder of a run"),
-    ("render note.txt", "run=note.txt: this is a file", "folder of a run"),
-    ("view", "no run is given", "seals view FOLDER"),
     ("render empty", "run=empty: there is no run in this folder", "run.json"),
     ("diagnose log=zzz", "log=zzz: there is no such file", "Give a log folder"),
     ("diagnose note.txt", "log=note.txt is not a log folder", "seals convert log=FILE"),
@@ -73,6 +71,8 @@ FIFTY = [
 ]
 
 FURTHER = [
+    ("render note.txt", "run=note.txt: this is a file", "folder of a run"),
+    ("view", "no run is given", "seals view FOLDER"),
     # a bracket that is not closed, round ones, a list for a mapping
     ("run robot=ball initial.position=[0,0", "[0,0 cannot be read", "initial.position=[0,0]'"),
     ("run robot=ball 'initial.position=(0,0,1)'", "(0,0,1)", "square brackets"),
