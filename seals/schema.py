@@ -182,7 +182,7 @@ def check_value(key: str, value: Any, meta: Parameter) -> None:
     low, high = meta.bounds
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or not low <= value <= high:
-        source = "" if meta.source.startswith("chosen") else f" (default source: {meta.source})"
+        source = "" if meta.source == "chosen" else f" (default source: {meta.source})"
         raise ConfigError(
             f"{key}={value} is not allowed.\nAllowed: a finite number {meta.span}{source}"
         )

@@ -73,6 +73,8 @@ FIFTY = [
 FURTHER = [
     ("render note.txt", "run=note.txt: this is a file", "folder of a run"),
     ("view", "no run is given", "seals view FOLDER"),
+    ("run robot=ball +effect=wind", "(in effect/wind)", "+effect@effects.wind=wind"),
+    ("run robot=ball effects=none", "effects holds named entries", "effects.water_drag"),
     # a bracket that is not closed, round ones, a list for a mapping
     ("run robot=ball initial.position=[0,0", "[0,0 cannot be read", "initial.position=[0,0]'"),
     ("run robot=ball 'initial.position=(0,0,1)'", "(0,0,1)", "square brackets"),
