@@ -73,6 +73,8 @@ FIFTY = [
 FURTHER = [
     ("render note.txt", "run=note.txt: this is a file", "folder of a run"),
     ("view", "no run is given", "seals view FOLDER"),
+    ("diagnose log=hidden_effect/flight_a out=", "out= does not name a folder", "out=FOLDER"),
+    ("validate water full=yes", "full=yes is not allowed", "full=true"),
     ("run robot=ball +effect=wind", "(in effect/wind)", "+effect@effects.wind=wind"),
     ("run robot=ball effects=none", "effects holds named entries", "effects.water_drag"),
     # a bracket that is not closed, round ones, a list for a mapping
