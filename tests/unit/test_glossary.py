@@ -101,7 +101,7 @@ def test_a_thing_has_one_name() -> None:
     found = {
         f"{path.relative_to(ROOT)}: {word}"
         for path in files
-        if path != PAGE
+        if path not in (PAGE, ROOT / "CHANGELOG.md")  # which quote what was said before
         for text in said(path)
         for word in retired(text)
     }
