@@ -286,7 +286,7 @@ RUN_FOLDERS: dict[str, Guard] = {
     ),
     "run folders without a name": Guard(
         "seals.cli.slips",
-        'if word in _FOLDERS or (word == "out=" and root in _RUNS):',
+        'if word in (*_FOLDERS, "out="):',
         "if False:",
         REFUSALS,
         "run.dir",

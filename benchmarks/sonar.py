@@ -1,7 +1,7 @@
 """Pings and lidar turns a second: ``python benchmarks/sonar.py``.
 
 One core, NumPy, in processor time; with ``--device cuda`` pings by PyTorch on a card, by the clock.
-The scene: sea floor 3 m below, a wall, a pile, a crate, a rock, and a crab of 20
+The scene: sea bed 3 m below, a wall, a pile, a crate, a rock, and a crab of 20
 links as they stand in a run. A ping is casting, scattering, beam patterns, speckle and noise; its
 files are not written. ``--check`` ends with 1 where 512 beams x 512 bins take longer than 0.1 s.
 """

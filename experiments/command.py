@@ -11,7 +11,7 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from seals.cli.main import left_by_reader, two_lines
 from seals.cli.of_system import explained
@@ -29,6 +29,16 @@ class CommandParser(argparse.ArgumentParser):
             ConfigError: always.
         """
         raise ConfigError(f"{message}.\nSee: {self.prog} --help")
+
+
+class ExperimentParser(CommandParser):
+    """Parser of an experiment, to which ``out=FOLDER``, as of a verb, is ``--out FOLDER``."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse the words; see `argparse.ArgumentParser.parse_known_args`."""
+        words = sys.argv[1:] if args is None else args
+        named = [f"--{word}" if word.startswith("out=") else word for word in words]
+        return super().parse_known_args(named, namespace)
 
 
 def whole(low: int, high: int) -> Callable[[str], int]:
@@ -112,7 +122,7 @@ def ended(main: Callable[[Sequence[str] | None], int]) -> int:
 
 def parser_of(
     name: str, overrides: str = "as for seals run", out: str = "folder; runs/DATE/TIME_NAME"
-) -> CommandParser:
+) -> ExperimentParser:
     """Return a parser with the option ``--out`` and the overrides.
 
     Args:
@@ -120,7 +130,7 @@ def parser_of(
         overrides: help on the overrides; empty for an experiment that takes none.
         out: help on the folder.
     """
-    parser = CommandParser(prog=f"python -m seals.experiments.{name}")
+    parser = ExperimentParser(prog=f"python -m seals.experiments.{name}")
     parser.add_argument("--out", type=Path, help=f"{out} when left out")
     if overrides:
         parser.add_argument("overrides", nargs="*", help=overrides)

@@ -45,20 +45,16 @@ def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dic
     return records
 
 
-def deviations(log: Log, place: Floats, name: str, *, after: float = 0.0) -> Chart:
+def deviations(log: Log, place: Floats, name: str) -> Chart:
     """Return the deviation from a place, or from a course, axis by axis over time.
 
     Args:
         log: of the flight.
         place: wanted, shape (3,) or (rows, 3) [m].
         name: of the case.
-        after: instant from which on it is shown [s].
     """
-    rows = log.time >= after
     away = 1e3 * (log.channel("position") - place)
-    series = tuple(
-        Series(name=axis, x=log.time[rows], y=away[rows, k]) for k, axis in enumerate(AXES)
-    )
+    series = tuple(Series(name=axis, x=log.time, y=away[:, k]) for k, axis in enumerate(AXES))
     return Chart(
         title=f"Deviation, {name.replace('_', ' ')}", y_label="deviation [mm]", series=series
     )

@@ -204,6 +204,6 @@ def _books(figures: Mapping[str, Floats]) -> dict[str, float]:
     names = {
         "particles": "particles [1]",
         "mean compression [1]": "largest mean compression [1]",
-        "books gap [1]": "largest gap of momentum in a step [1]",
+        "momentum balance gap [1]": "largest gap of momentum in a step [1]",
     }
     return {words: float(np.nanmax(figures[name])) for name, words in names.items()}

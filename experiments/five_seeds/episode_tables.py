@@ -71,7 +71,7 @@ def gather(folders: Sequence[Path], worlds: Iterable[str]) -> Tables:
         for row in read_rows(folder / "evaluation.csv"):
             looks.append({"seed": seed, **{name: float(row[name]) for name in CURVE}})
     if not episodes:
-        raise SealsError("nothing was judged.\nRun the recipe first, to its end.")
+        raise SealsError("nothing was judged.\nRun the complete recipe first.")
     return Tables(_columns(episodes), _columns(looks))
 
 

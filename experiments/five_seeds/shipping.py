@@ -50,7 +50,7 @@ def _curve_of(folder: Path) -> list[dict[str, float]]:
     """
     path = folder / "evaluation.csv"
     if not path.is_file():
-        raise ConfigError(f"{path} is missing.\nRun the recipe first, to its end.")
+        raise ConfigError(f"{path} is missing.\nRun the complete recipe first.")
     with path.open(encoding="utf-8", newline="") as file:
         return [{name: float(row[name]) for name in LOOKED} for row in csv.DictReader(file)]
 
@@ -63,7 +63,7 @@ def _judged_of(folder: Path) -> dict[str, Any]:
     """
     path = folder / "held_out" / "evaluation.json"
     if not path.is_file():
-        raise ConfigError(f"{path} is missing.\nRun the recipe first, to its end.")
+        raise ConfigError(f"{path} is missing.\nRun the complete recipe first.")
     own = json.loads(path.read_text(encoding="utf-8"))["judgements"][0]
     share, low, high = own["shares"]["success"][:3]
     middle = QUANTILES.index(0.5)

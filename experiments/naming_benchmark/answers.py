@@ -297,7 +297,7 @@ class Question:
     Args:
         table: one-step regression.
         plain: windows with exact nominal values in calm air.
-        tolerant: windows with the datasheet's tolerances and the stated gusts.
+        tolerant: windows with the tolerances of the data sheet and the stated gusts.
     """
 
     table: Regression

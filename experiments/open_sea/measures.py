@@ -71,7 +71,7 @@ def measures(alone: Tow, ball: Tow) -> Measured:
         | _forces(ball)
     )
     gap = max(float(alone.gap.max()), float(ball.gap.max()))
-    return Measured({**found, "largest gap of the momentum books [1]": (gap, 1e-4)})
+    return Measured({**found, "largest gap of the momentum balance [1]": (gap, 1e-4)})
 
 
 def _late(tow: Tow) -> Any:

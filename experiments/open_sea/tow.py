@@ -43,7 +43,7 @@ class Tow(NamedTuple):
         outside: surface of the outer sea at the points [m], shape (rows, POINTS).
         shifted: whether the window moved in this step, shape (rows,).
         cost: processor time of the step [s], shape (rows,).
-        gap: part of the exchanged momentum that the books do not hold [1], shape (rows,).
+        gap: part of the exchanged momentum that the balance lacks [1], shape (rows,).
         particles: of water, shape (rows,).
         twins: force with the shift less force without it, over the steps after it [N], shape
             (TWINS, APART, 3).

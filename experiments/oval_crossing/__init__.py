@@ -131,17 +131,23 @@ def _figures(records: dict[str, Record], guide: Any) -> list[Chart]:
         marks=(Mark(at=0.0, label="water", level=True),),
         equal=True,
     )
-    away = [
-        deviations(record.log, course(record.log, guide), name, after=SETTLED)
-        for name, record in records.items()
-    ]
+    away = []
+    for name, record in records.items():
+        lap = record.log.select(_one_lap(record.log.time, guide))
+        away.append(deviations(lap, course(lap, guide), f"{name}, one lap"))
     return [side, *away, _acceleration(log, guide)]
 
 
-def _acceleration(log: Log, guide: Any) -> Chart:
-    """Return the vertical acceleration in the world through the second lap, or the only one."""
+def _one_lap(time: Floats, guide: Any) -> slice:
+    """Return the rows of the second lap, or of the only one."""
     begin = guide.start_time + (guide.period if guide.laps > 1 else 0.0)
-    rows = (log.time >= begin) & (log.time <= begin + guide.period)
+    first, last = np.searchsorted(time, [begin, begin + guide.period])
+    return slice(int(first), int(last))
+
+
+def _acceleration(log: Log, guide: Any) -> Chart:
+    """Return the vertical acceleration in the world through the same lap."""
+    rows = _one_lap(log.time, guide)
     time, height = log.time[rows], log.channel("position")[rows, 2]
     crossing = time[1:][np.diff(np.sign(height)) != 0.0]
     marks = tuple(Mark(at=float(t), label="surface") for t in crossing)

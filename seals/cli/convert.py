@@ -142,10 +142,7 @@ def execute(config: Any) -> int:
 
 
 def _next(config: Any, log: Log, place: Path) -> str:
-    """Return the command that takes a converted log, or what the log lacks for one.
-
-    It is empty where nothing describes the vehicle.
-    """
+    """Return the command that takes a converted log, or what the log lacks for one."""
     from seals.config.source import robot_names
     from seals.run.equipment_metadata import DATASHEET
     from seals.sysid.report.given_logs import robot_name, without_start
@@ -154,7 +151,7 @@ def _next(config: Any, log: Log, place: Path) -> str:
     if not config.robot.folder:
         stated = log.meta.get("vehicle")
         if not isinstance(stated, Mapping) or "inertia" not in stated:
-            return ""
+            return "Next: the same command with robot=NAME or robot=FOLDER and replace=true\n"
     elif lacking := without_start(log):
         return f"{lacking}\n"
     else:

@@ -192,7 +192,7 @@ def _told(name: str, made: NewRobot) -> Iterator[str]:
     parts = [
         f"{robot.mass.sum():.4g} kg",
         "1 link" if len(robot.links) == 1 else f"{len(robot.links)} links",
-        f"{len(robot.joints)} joints",
+        f"{len(robot.joints)} joint{'' if len(robot.joints) == 1 else 's'}",
     ]
     parts += [f"{len(drives.links)} {drives.kind}s" for drives in made.drives]
     parts += [f"{len(made.limbs.arms)} arm(s)"] if made.limbs.arms else []

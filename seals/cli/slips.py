@@ -102,7 +102,7 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         Give one: out=FOLDER, or leave it out: runs/DAY/TIME_NAME is new.
     """
     for word in words:
-        if word in _FOLDERS or (word == "out=" and root in _RUNS):
+        if word in (*_FOLDERS, "out="):
             raise ConfigError(
                 f"{word} does not name a folder; the files here would be overwritten.\n"
                 f"Give one: {word}FOLDER, or leave it out: runs/DAY/TIME_NAME is new."

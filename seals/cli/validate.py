@@ -25,4 +25,7 @@ def validate(arguments: list[str]) -> int:
     # written as elsewhere, KEY=VALUE, or as the parser of the set has them
     keyed = [word for word in arguments[1:] if "=" in word and word[0] != "-"]
     plain = [word for word in arguments[1:] if word not in keyed]
+    for word in keyed:
+        if word.startswith("full="):
+            refuse_unlisted(word, flags, f"{word} is not allowed", label="Allowed")
     return main([*plain, *(flag for w in keyed for flag in flags.get(w, [f"--{w}"]))])

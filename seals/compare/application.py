@@ -24,6 +24,7 @@ from seals.file_names import short_path
 from seals.logs import Log, refuse_if_bad
 from seals.logs.datasets import OfDataset
 from seals.logs.reader import logs_by
+from seals.logs.shipped import find_log
 from seals.logs.time_offset import delay_between
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
@@ -144,7 +145,9 @@ def read_logs(settings: CompareSettings) -> list[Log]:
         matching("only", settings.only, reader.dataset.logs, what="log")
     logs: list[Log] = []
     for source in sources:
-        logs += logs_by(settings.reader, source)
+        # the reader of a data set takes names of its own
+        own = not source or isinstance(reader, OfDataset)
+        logs += logs_by(reader, source if own else find_log(source))
     names = matching("only", settings.only, [log.name for log in logs], what="log")
     kept = [log for log in logs if log.name in names or not settings.only]
     if settings.compare.course is not PredictionMethod.simulated:

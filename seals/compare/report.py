@@ -30,6 +30,7 @@ from seals.report import (
 )
 from seals.report.figures import Mark
 from seals.report.page import Facts
+from seals.report.style import MUTED, unit_text
 
 SHOWN = 6
 """Stretches shown open; the others fold."""
@@ -192,22 +193,28 @@ def _overlay(case: Case, channel: str, axis: int, shown: Sequence[ModelVariant],
     measured = case.measured[channel][:, axis]
     good = np.isfinite(measured)
     sigma = float(case.sigma[channel][axis])
-    series = [
+    models = (
         Series(
-            name="measured",
-            x=case.time[good],
-            y=measured[good],
-            points=bool(good.sum() < 200),
-            band=np.full(int(good.sum()), 2.0 * sigma),
+            name=variant.name,
+            x=case.time,
+            y=variant.predicted[k][channel][:, axis],
+            dashed=variant is not shown[-1],
         )
-    ]
-    for variant in shown:
-        y = variant.predicted[k][channel][:, axis]
-        series.append(Series(name=variant.name, x=case.time, y=y, dashed=variant is not shown[-1]))
+        for variant in shown
+    )
+    # last, for it lies on the curves, and they have the colours of their residuals
+    seen = Series(
+        name="measured",
+        x=case.time[good],
+        y=measured[good],
+        points=bool(good.sum() < 200),
+        band=np.full(int(good.sum()), 2.0 * sigma),
+        colour=MUTED,
+    )
     return Chart(
         title=f"{case.name}: {_component(channel, axis, case)}",
-        y_label=f"{_component(channel, axis, case)} [{unit_words(channel)}]",
-        series=tuple(series),
+        y_label=f"{_component(channel, axis, case)} [{unit_text(unit_words(channel))}]",
+        series=(*models, seen),
         marks=_marks(case),
     )
 
@@ -229,8 +236,8 @@ def _residual(case: Case, channel: str, first: ModelVariant, last: ModelVariant,
                     )
                 )
     return Chart(
-        title=f"{case.name}: measured less model, {channel}",
-        y_label=f"residual [{unit_words(channel)}]",
+        title=f"{case.name}: measured less model, {channel.replace('_', ' ')}",
+        y_label=f"residual [{unit_text(unit_words(channel))}]",
         series=tuple(series),
         marks=(*_marks(case), Mark(at=0.0, label="", level=True)),
     )
@@ -264,7 +271,7 @@ def _horizon(group: Group) -> list[Block]:
             Chart(
                 title=f"Error against horizon: {channel}, {last.name}",
                 x_label="time since the start [s]",
-                y_label=f"rms error [{unit_words(channel)}]",
+                y_label=f"rms error [{unit_text(unit_words(channel))}]",
                 series=tuple(series),
                 marks=marks,
             )
@@ -326,10 +333,10 @@ def _role(case: Case) -> str:
 
 
 def _component(channel: str, axis: int, case: Case) -> str:
-    width = case.measured[channel].shape[1]
+    width, words = case.measured[channel].shape[1], channel.replace("_", " ")
     if width == 1:
-        return channel
-    return f"{channel} {AXES[axis]}" if width == 3 else f"{channel} {axis + 1}"
+        return words
+    return f"{words} {AXES[axis]}" if width == 3 else f"{words} {axis + 1}"
 
 
 def _figure(value: float) -> str:

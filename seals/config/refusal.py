@@ -335,7 +335,10 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str], *, root: 
             verbs = {name: roots_choosing(name) for name in recipe_groups()}
             groups = {name for name, chosen in verbs.items() if root in chosen or not chosen}
             allowed = [name for name in {*allowed, "robot", *groups} if name != "hydra"]
-        hint = _belongs(key, parent, allowed)
+        # ``+effect=wind``: the group without the place that the plug-in is added at
+        chosen = source.group(1).partition("/")[2] if source and key in registry.GROUPS else ""
+        word = added(chosen)
+        hint = f"To add the plug-in: {word}" if word else _belongs(key, parent, allowed)
         if not (hint or allowed) and (scope in registry.GROUPS or scope in recipe_groups()):
             hint = f"Choose one first: {scope}=NAME.  {suggestion('', _options_of(scope))}"
         hint = hint or suggestion(key, allowed)
@@ -355,7 +358,7 @@ def _keyed(cause: BaseException, outer: str, overrides: Sequence[str], *, root: 
     elif text == "Cannot merge DictConfig with ListConfig":
         hint = f"To change an entry, write {full_key}.NAME.KEY=VALUE; to see them: --cfg job"
         return ConfigError(f"{shown} is not allowed: {full_key} holds named entries.\n{hint}")
-    elif text.startswith("Invalid type assigned"):
+    elif text.startswith(("Invalid type assigned", "Cannot assign str to Dict")):
         said = f": {full_key} holds named entries"
     elif found := re.search(r"Value '(.*)' is not a valid bool", text):
         what = f"'{found[1]}' is neither true nor false"

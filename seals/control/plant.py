@@ -135,8 +135,8 @@ def layout_of(robot: RobotModel, effects: EffectSet) -> Layout:
         if any(kind[columns]):
             raise ConfigError(
                 f"actuators.{b.name}: drive {b.hooks.first} already belongs to another actuator.\n"
-                f"Set the column of its first drive: actuators.{b.name}.first=NUMBER; 'first' of "
-                "the actuators must follow each other, starting at 0."
+                f"Set the column of its first drive: actuators.{b.name}.first=NUMBER; the "
+                "columns of all actuators begin at 0 and leave none out."
             )
         constants = b.effect.constants()
         table["position"][columns] = constants["position"] @ turns[carrier].T + origins[carrier]

@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.fluid import Fluid
 from seals.run.recorder import Moment, Recorder, refill
 
-GAP = "books gap [1]"
+GAP = "momentum balance gap [1]"
 """Part of the momentum exchanged in a step that is not accounted for."""
 
 

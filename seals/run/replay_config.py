@@ -76,9 +76,9 @@ def recalled(folder: Path, *, key: str = "repeat") -> Any:
 def _read(folder: Path, key: str) -> dict[str, Any]:
     path = folder / ".hydra" / "config.yaml"
     if not path.is_file():
-        what = "no run in this folder" if folder.is_dir() else "no such folder"
+        what = "there is no run in this folder" if folder.is_dir() else "there is no such folder"
         raise ConfigError(
-            f"{key}={folder}: there is {what}.\n"
+            f"{key}={folder}: {'this is a file' if folder.is_file() else what}.\n"
             "Give the folder of a run; it contains .hydra/config.yaml and run.json."
         )
     raw: dict[str, Any] = read_file(

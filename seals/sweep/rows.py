@@ -11,7 +11,7 @@ from typing import Any
 
 from seals.errors import ConfigError, SealsError
 from seals.logs.run_folder import MOVING, alive, foreign_log, lockable
-from seals.sweep.book import NOTE, Job, read_jobs
+from seals.sweep.book import DONE, NOTE, Job, read_jobs
 from seals.untrusted_io import plain_yaml, read_bytes, read_json
 
 RUN, STATE, SECONDS = "run", "state", "seconds"
@@ -112,7 +112,9 @@ def _row(root: Path, place: Path, job: Job | None) -> Row:
 
 def _state(place: Path, facts: Mapping[str, Any]) -> str:
     """Return the state of a run; "running" without a process counts as interrupted."""
-    state, lives = str(facts.get(STATE, "begun")), alive(place)
+    # diagnose, compare and their like write their answer in the end, and no record of a run
+    answered = STATE not in facts and any(place.glob("*.json"))
+    state, lives = str(facts.get(STATE, DONE if answered else "begun")), alive(place)
     if state == RUNNING and not lives and lockable():
         return INTERRUPTED
     return INTERRUPTED if state == "begun" and lives is False else state

@@ -56,6 +56,10 @@ def execute(config: Any) -> int | None:
         session = Session(kept, sliders_of(kept, words, idle), folder)
         session.open(replay)
         session.note = f"replay of {place.name}"
+    elif not overrides:
+        raise ConfigError(
+            "no run is given.\nWrite: seals view FOLDER, or for a live run: seals view robot=NAME"
+        )
     else:
         kept = OmegaConf.masked_copy(config, [key for key in config if key not in OWN])
         idle = resting_effects(build_run(config))

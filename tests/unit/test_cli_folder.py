@@ -8,6 +8,7 @@ import pytest
 
 from seals.cli.main import main
 from seals.cli.slips import with_folder
+from seals.experiments.command import folder_of, parser_of
 
 BRIEF = ["robot=ball", "time.duration=0.02", "initial.position=[0,0,1]"]
 pytestmark = pytest.mark.usefixtures("elsewhere")
@@ -54,3 +55,11 @@ def test_a_run_that_would_overwrite_what_it_repeats_is_refused(
 def test_verbs_with_an_answer_of_their_own_keep_the_word() -> None:
     """Their output may lie beside the record of the call."""
     assert with_folder("diagnose", ["out=answer"], several=False) == ["out=answer"]
+
+
+@pytest.mark.parametrize("words", [["out=here"], ["--out", "here"], ["seed=1", "--out=here"]])
+def test_an_experiment_takes_the_word_too(words: list[str]) -> None:
+    """Beside its option, and not among the overrides of its runs."""
+    given = parser_of("soak").parse_args(words)
+    assert folder_of(given, "soak") == Path("here")
+    assert given.overrides == [word for word in words if word == "seed=1"]

@@ -71,6 +71,12 @@ FIFTY = [
 ]
 
 FURTHER = [
+    ("render note.txt", "run=note.txt: this is a file", "folder of a run"),
+    ("view", "no run is given", "seals view FOLDER"),
+    ("diagnose log=hidden_effect/flight_a out=", "out= does not name a folder", "out=FOLDER"),
+    ("validate water full=yes", "full=yes is not allowed", "full=true"),
+    ("run robot=ball +effect=wind", "(in effect/wind)", "+effect@effects.wind=wind"),
+    ("run robot=ball effects=none", "effects holds named entries", "effects.water_drag"),
     # a bracket that is not closed, round ones, a list for a mapping
     ("run robot=ball initial.position=[0,0", "[0,0 cannot be read", "initial.position=[0,0]'"),
     ("run robot=ball 'initial.position=(0,0,1)'", "(0,0,1)", "square brackets"),

@@ -29,7 +29,9 @@ def test_a_table_with_a_map_becomes_a_log_folder(
 ) -> None:
     """Reader, columns and units come from the map, the vehicle from meta; no run folder is left."""
     assert main(["convert", "log=tank.csv", "map=map.yaml", "meta=facts.yaml", "out=tank"]) == 0
-    assert "tank: 60 rows, depth" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "tank: 60 rows, depth" in said
+    assert "Next: the same command with robot=NAME" in said
     log = read_native(bench / "tank")
     assert log.time[:2].tolist() == [0.0, 0.01]
     assert log.columns["depth"][1] == pytest.approx(0.52)

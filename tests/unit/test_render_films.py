@@ -233,6 +233,19 @@ def test_a_camera_that_misses_the_robot_says_so(
 
 
 @pytest.mark.thorough
+def test_frames_of_one_colour_are_said(
+    drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From far above the robot is a dot; the frame is counted, and another place is offered."""
+    one = [f"run={drop}", "start=0.1", "end=0.1", "film=false"]
+    assert main(["render", *one, "camera=[0,0,400]", "look_at=[0,0,0]", f"out={tmp_path}"]) == 0
+    said = capsys.readouterr().out
+    assert "camera: 1 of 1 frames show nothing but one colour, the first at 0.10 s" in said
+    assert "camera=three_quarter looks from near by" in said
+    assert main(["render", *one, f"out={tmp_path / 'near'}"]) == 0
+    assert "one colour" not in capsys.readouterr().out
+
+
 def test_a_slow_renderer_begins_with_a_preview(
     drop: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -272,6 +272,16 @@ def test_rows_tell_the_living_from_the_dead(elsewhere: Path) -> None:
     assert row.values["state"] == "interrupted"
 
 
+def test_an_answer_without_a_record_of_a_run_is_done(elsewhere: Path) -> None:
+    """A diagnosis writes its answer in the end; one that was refused has none."""
+    for name in ("answered", "refused"):
+        (elsewhere / name / ".hydra").mkdir(parents=True)
+        (elsewhere / name / ".hydra" / "overrides.yaml").write_text("- log=flight")
+    (elsewhere / "answered" / "diagnosis.json").write_text("{}")
+    states = {row.values["run"]: row.values["state"] for row in find_rows(elsewhere)}
+    assert states == {"answered": "done", "refused": "begun"}
+
+
 def test_a_run_without_room_for_its_notes_never_began(elsewhere: Path) -> None:
     """A full disk leaves the name of Hydra's note and nothing in it: that is no damage."""
     (elsewhere / "a" / ".hydra").mkdir(parents=True)

@@ -19,7 +19,7 @@ from seals.run.build import run_settings
 @pytest.mark.thorough
 @pytest.mark.parametrize("steps", [2000, pytest.param(5000, marks=pytest.mark.slow)])
 def test_thousands_of_steps_break_nothing(tmp_path: Path, steps: int) -> None:
-    """The energy books close within 1 %, every state is finite, memory does not grow."""
+    """The energy balance closes within 1 %, every state is finite, memory does not grow."""
     out = tmp_path / "soak"
     assert soak.main(["--steps", str(steps), "--out", str(out)]) == 0
     rows = read_rows(out / "soak.csv")
@@ -28,7 +28,7 @@ def test_thousands_of_steps_break_nothing(tmp_path: Path, steps: int) -> None:
     # a robot that hung in the air would close its books as well
     assert found["crossings of the surface"] >= 2.0
     assert found["energy moved [kJ]"] > 0.3
-    assert abs(found["gap of the books, by the energy moved [%]"]) < 0.1
+    assert abs(found["gap of the energy balance, by the energy moved [%]"]) < 0.1
     assert (out / "figure.png").stat().st_size > 1000
     assert f"| steps | {steps} |" in (out / "table.md").read_text(encoding="utf-8")
 

@@ -159,7 +159,7 @@ def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     rows = len(record.log.time)
     assert {len(values) for values in record.fluid.values()} == {rows}
     assert record.fluid["gauge side [m]"][-1] == pytest.approx(0.0, abs=0.02)
-    assert np.nanmax(record.fluid["books gap [1]"]) < 1e-4
+    assert np.nanmax(record.fluid["momentum balance gap [1]"]) < 1e-4
 
 
 @pytest.mark.parametrize(

@@ -38,6 +38,10 @@ PREVIEW = "preview.png"
 """Four frames of a long film, drawn in seconds before it."""
 LOOKED_AT, PREVIEWED = 40, 4
 """Frames looked at for whether they show the robot, and those of a preview."""
+PLAIN = 2.0
+"""Standard deviation of the grey values of a picture below which nothing can be told apart in it,
+of 255: sky alone, or dark water alone.
+"""
 WALLS = "basin_"
 """Walls of a tank, which a film leaves out; its floor stays."""
 
@@ -67,18 +71,27 @@ class Shooting(NamedTuple):
     way: Way
     afloat: bool
 
-    def draw(self, photographer: Photographer, frames: Frames, settings: RenderSettings) -> int:
-        """Render the missing frames; return their number."""
+    def draw(
+        self, photographer: Photographer, frames: Frames, settings: RenderSettings
+    ) -> tuple[int, list[float]]:
+        """Render the missing frames.
+
+        Returns:
+            Their number, and the times of those that are of one colour throughout [s].
+        """
         left = [k for k in range(len(self.times)) if not frames.done(k)]
+        empty: list[float] = []
         if not left:
-            return 0
+            return 0, empty
         photographer.arrange(self.scene, self.optics, settings.quality)
         with progress("render", len(left), lambda: f"{len(left)} frames") as tell:
             for count, k in enumerate(left, start=1):
-                light = photographer.photograph(self.frame_at(k, settings.port))
-                frames.write(k, settings.light * light)
+                light = settings.light * photographer.photograph(self.frame_at(k, settings.port))
+                frames.write(k, light)
+                if float(to_bytes(light).mean(axis=2).std()) < PLAIN:
+                    empty.append(float(self.times[k]))
                 tell(count)
-        return len(left)
+        return len(left), empty
 
     def shown(self, camera: Callable[[Floats], Viewpoint]) -> list[tuple[float, bool]]:
         """Return the times of up to 40 frames, and whether a camera has the robot in its picture.
@@ -90,12 +103,12 @@ class Shooting(NamedTuple):
         for number in np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int):
             time = float(self.times[number])
             points = _corners(self.replay, time)
-            view = camera(self._robot_at(time))
+            view = camera(self.robot_at(time))
             if not found or time > found[-1][0]:
                 found.append((time, in_picture(view, self.lens, points, self.water.level)))
         return found
 
-    def _robot_at(self, time: float) -> Floats:
+    def robot_at(self, time: float) -> Floats:
         """Place of the robot [m], shape (3,)."""
         track = next(iter(self.replay.tracks.values())).position
         return np.array([np.interp(time, self.replay.time, track[:, k]) for k in range(3)])
@@ -108,7 +121,7 @@ class Shooting(NamedTuple):
             port: radius of the dome before the lens [m].
         """
         time = float(self.times[number])
-        view, water = self.camera(self._robot_at(time)), self.water.at(time)
+        view, water = self.camera(self.robot_at(time)), self.water.at(time)
         if self.afloat and water is not None:
             x, y = view.origin[:2]
             height = float(water.surface.height(np.array([x]), np.array([y]), time)[0])
@@ -142,10 +155,12 @@ def execute(config: Any) -> int | None:
     for line in (*_unseen(shooting, settings), *_preview(shooting, settings, renderer, out)):
         print(line)
     try:
-        drawn = shooting.draw(photographer, frames, settings)
+        drawn, empty = shooting.draw(photographer, frames, settings)
     finally:
         photographer.close()
     count = len(shooting.times)
+    for line in _empty(shooting, settings, empty, drawn):
+        print(line)
     print(f"render: {drawn} frames rendered, {count - drawn} already there: {short_path(out)}")
     for remark in shooting.water.remarks:
         print(remark)
@@ -290,6 +305,22 @@ def _unseen(shooting: Shooting, settings: RenderSettings) -> list[str]:
     if better > 1.0 - len(missed) / len(seen):
         lines.append(f"  camera={best} shows it in {100.0 * better:.0f} %; replace=true draws anew")
     return lines
+
+
+def _empty(
+    shooting: Shooting, settings: RenderSettings, empty: list[float], drawn: int
+) -> list[str]:
+    """Say how many frames show nothing, and where to look from instead."""
+    if not empty:
+        return []
+    level, at = shooting.water.level, shooting.robot_at(empty[0])
+    near = "three_quarter" if level is None or at[2] > level else "under_water"
+    advice = f"camera={near} looks from near by; " if settings.camera != near else ""
+    return [
+        f"camera: {len(empty)} of {drawn} frames show nothing but one colour, the first at "
+        f"{empty[0]:.2f} s: the robot is too far away, or in the dark",
+        f"  {advice}exposure={4.0 * settings.light:g} is brighter; replace=true draws anew",
+    ]
 
 
 def _preview(shooting: Shooting, settings: RenderSettings, renderer: Any, out: Path) -> list[str]:
