@@ -62,6 +62,8 @@ class ParticleFluid:
         thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
         solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
             robot/link, on top of ``physics.solid_scale``.
+        subgrid_drag: whether the drag that a robot states is added as far as the particles do not
+            resolve it, in open water without waves.
         look: time between two updates of the surface [s].
     """
 
@@ -77,6 +79,7 @@ class ParticleFluid:
     most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
     solid_scale: dict[str, float] = named("1", bounds=(0.1, 4.0), source="Macklin et al. 2014")
+    subgrid_drag: bool = True
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str]
@@ -102,6 +105,11 @@ class ParticleFluid:
             )
         self._simulation: Simulation | None = None
         self._time = 0.0
+
+    @property
+    def lacks_drag(self) -> bool:
+        """Whether stated drag is added, see `seals.fluid.FluidOptions`."""
+        return self.subgrid_drag
 
     @property
     def simulation(self) -> Any:
