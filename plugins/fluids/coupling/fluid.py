@@ -63,7 +63,7 @@ class ParticleFluid:
         solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
             robot/link, on top of ``physics.solid_scale``.
         subgrid_drag: whether the drag that a robot states is added as far as the particles do not
-            resolve it, in open water without waves.
+            resolve it, in water without waves and current.
         look: time between two updates of the surface [s].
     """
 
@@ -105,11 +105,6 @@ class ParticleFluid:
             )
         self._simulation: Simulation | None = None
         self._time = 0.0
-
-    @property
-    def lacks_drag(self) -> bool:
-        """Whether stated drag is added, see `seals.fluid.FluidOptions`."""
-        return self.subgrid_drag
 
     @property
     def simulation(self) -> Any:

@@ -536,7 +536,7 @@ class FluidParticles(ParticleFluid):
 
     @property
     def lacks_drag(self) -> bool:
-        """Whether stated drag is added: not in the waves of a maker."""
+        """Whether stated drag is added, see `seals.fluid`: not in the waves of a maker."""
         return self.subgrid_drag and self.maker.kind is Maker.none
 
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
