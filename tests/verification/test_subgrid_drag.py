@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from seals.backend import Configuration
 from seals.effects.binding import bind_effects
 from seals.environment.settings import EnvironmentSettings
+from seals.experiments.water_validation.bodies import Shape, write_body
 from seals.fluid import BodyStates, Surrounding
 from seals.plugins.backends.free import BackendFree
 from seals.plugins.effects.buoyancy import Buoyancy
@@ -163,3 +165,33 @@ def test_a_run_in_particles_has_it_where_the_drag_is_stated(
     with contextlib.closing(build_world(run_settings([*words, place, *more]))) as world:
         assert ("subgrid_drag" in world.actors["robot"].ledger.effects) == there
         world.step()
+
+
+@pytest.mark.thorough
+def test_a_sphere_of_five_spacings_keeps_its_speed_in_particles(tmp_path: Path) -> None:
+    """Pulled by its stated drag at 1 m/s it slows down to less than half without the term."""
+    volume, speeds = math.pi / 6.0 * 0.1**3, {}
+    write_body(tmp_path, Shape("sphere", (0.05,), volume, 0.1), 1000.0 * volume)
+    sheet, axes = tmp_path / "robot.yaml", "xyz"
+    drag = ", ".join(f"coefficient_{axis}: {DRAG}" for axis in axes)
+    mass = ", ".join(f"mass_{axis}: {500.0 * volume}" for axis in axes)
+    effects = f"""effects:
+  water_drag: {{effect: quadratic_drag, medium: water, form: isotropic, {drag}}}
+  added_mass: {{effect: added_mass, {mass}}}
+"""
+    sheet.write_text(sheet.read_text(encoding="utf-8") + effects, encoding="utf-8")
+    for added in ("true", "false"):
+        words = [f"robot={tmp_path}", "backend=free", "water=particles", "fluid.spacing=0.02"]
+        words += ["fluid.size=[0.9,0.4,0.4]", "fluid.settle=0.3", f"fluid.subgrid_drag={added}"]
+        words += ["environment.water_density=1000", "initial.position=[-0.3,0,-0.2]"]
+        words += ["initial.velocity=[1,0,0]", "+effect@effects.pull=formula"]
+        words += [f"effects.pull.hold_x={DRAG}"]
+        with contextlib.closing(build_world(run_settings(words))) as world:
+            body, places = world.actors["robot"].body, []
+            while len(places) < 300 and body.read().position[0] < 0.3:
+                world.step()
+                places.append(body.read().position[0])
+        late = places[len(places) // 2 :]
+        speeds[added] = (late[-1] - late[0]) / (world.step_size * (len(late) - 1))
+    assert speeds["false"] < 0.5
+    assert 0.75 < speeds["true"] < 1.05

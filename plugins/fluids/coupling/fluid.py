@@ -43,7 +43,7 @@ class Method(Enum):
     """Divergence-free SPH: iterated to a stated compression, incompressible by default."""
 
 
-@roles(data="solid_scale")
+@roles(data="solid_scale subgrid_drag")
 @dataclass(kw_only=True)
 class ParticleFluid:
     """Base of the particle fluids: water particles with two-way coupling to bodies.
