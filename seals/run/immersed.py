@@ -100,23 +100,33 @@ DRAGS = frozenset({"linear drag", "quadratic drag", "angular drag"})
 """Phenomena of which a fluid may resolve a part only."""
 
 
+def adds_drag(settings: RunSettings, effects: Mapping[str, Effect]) -> bool:
+    """Return whether drag is added to what a fluid resolves, see `seals.world.subgrid`.
+
+    Args:
+        settings: of the run. In waves nothing is added: drag is stated for water at rest.
+        effects: that the fluid computes, by name.
+    """
+    if settings.fluid is None or not options_of(settings.fluid, FluidOptions).lacks_drag:
+        return False
+    if settings.wave.at(np.zeros((1, 3)), np.zeros((1, 1)), 0.0).normal is not None:
+        return False
+    return any(DRAGS.intersection(e.accounts_for) for e in effects.values())
+
+
 def stated_drag(
     settings: RunSettings, effects: Mapping[str, Effect], links: Sequence[str]
 ) -> EffectSet | None:
     """Return what a robot states of its drag, with added mass and buoyancy; None to add no drag.
 
     Args:
-        settings: of the run. In waves nothing is added: the drag is stated for water at rest.
+        settings: of the run.
         effects: that the fluid computes, by name.
         links: of the robot.
     """
-    if settings.fluid is None or not options_of(settings.fluid, FluidOptions).lacks_drag:
-        return None
-    if settings.wave.at(np.zeros((1, 3)), np.zeros((1, 1)), 0.0).normal is not None:
-        return None
     wanted = DRAGS | {"added mass"}
     chosen = {n: e for n, e in effects.items() if wanted.issuperset(e.accounts_for)}
-    if not any(DRAGS.intersection(e.accounts_for) for e in chosen.values()):
+    if not adds_drag(settings, chosen):
         return None
     return bind_effects({**chosen, "buoyancy": get("effect", "buoyancy").load()()}, links)
 

@@ -255,7 +255,7 @@ class Actor:
         if more is not None:
             given = joints, inputs, self.memory.get(more.name), found.sample
             wrench, found.memory[more.name] = more.loads(motion, *given)
-            found.loads.append((more, None, wrench))
+            found.loads.append((more.bound, None, wrench))
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
         pushed = self.servos.push(found, inputs)

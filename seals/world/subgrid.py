@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.effects.binding import EffectSet
+from seals.effects.binding import BoundEffect, EffectSet
+from seals.effects.effect import Effect, MediumKind
 from seals.effects.evaluation import Evaluation, Evaluator
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
@@ -65,7 +66,10 @@ class SubgridDrag:
         surroundings: EnvironmentSampler,
         roots: Sequence[int],
     ) -> None:
-        self.effects = stated
+        # as which its load is among those of the robot's effects
+        self.bound = BoundEffect(
+            name=self.name, effect=Effect(), links=(), kind=MediumKind.water, params={}
+        )
         self._lifting = {b.name for b in stated.bound if "buoyancy" in b.effect.accounts_for}
         self._evaluator = Evaluator(
             stated, surroundings, links=len(robot.links), batch=1, joint_links=robot.tree.child
@@ -135,21 +139,19 @@ class SubgridDrag:
     @staticmethod
     def note(memory: Floats, wrench: Floats) -> Floats:
         """Return the memory with the wrenches of the fluid in this step, shape (L, 6)."""
-        noted = memory.copy()
+        noted: Floats = memory.copy()
         noted[:, _PUSH] += wrench
         return noted
 
 
 def _speeds(twist: Floats) -> Floats:
     """Speed [m/s] and rate of turning [rad/s], shape (L, 2)."""
-    found: Floats = np.sqrt((twist**2).reshape(-1, 2, 3).sum(axis=2))
-    return found
+    return np.asarray(np.sqrt((twist**2).reshape(-1, 2, 3).sum(axis=2)))
 
 
 def _powers(wrench: Floats, twist: Floats) -> Floats:
     """Power of force and torque [W], shape (L, 2)."""
-    found: Floats = (wrench * twist).reshape(-1, 2, 3).sum(axis=2)
-    return found
+    return np.asarray((wrench * twist).reshape(-1, 2, 3).sum(axis=2))
 
 
 def _energy(found: Evaluation, twist: Floats) -> Floats:
