@@ -53,8 +53,8 @@ class SubgridDrag:
         roots: links that bear the wrenches of the fluid; the drag of others is left out.
 
     Limitations:
-        The stated drag is that of open water at rest or in a current: what a wall, a wake or waves
-        change in the mean drag is taken out as an error of the particles.
+        The stated drag is that of open water at rest: what a wall, a wake or waves change in the
+        mean drag is taken out as an error of the particles. Effects that have a memory see none.
     """
 
     name = "subgrid_drag"
@@ -70,6 +70,7 @@ class SubgridDrag:
         self.bound = BoundEffect(
             name=self.name, effect=Effect(), links=(), kind=MediumKind.water, params={}
         )
+        self._memory = stated.zero_memory()
         self._lifting = {b.name for b in stated.bound if "buoyancy" in b.effect.accounts_for}
         self._evaluator = Evaluator(
             stated, surroundings, links=len(robot.links), batch=1, joint_links=robot.tree.child
@@ -93,7 +94,7 @@ class SubgridDrag:
             memory: of the last step, shape (L, 25); None at a start.
             sample: surroundings of the links.
         """
-        found = self._evaluator.evaluate(motion, joints, inputs, {}, sample)
+        found = self._evaluator.evaluate(motion, joints, inputs, self._memory, sample)
         drag, lift = np.zeros((2, len(self._bears), 6))
         for b, rows, wrench in found.loads:
             total = lift if b.name in self._lifting else drag
