@@ -110,6 +110,13 @@ class Surrounding(NamedTuple):
     step: float
 
 
+class FluidOptions:
+    """Optional attributes of a fluid and their defaults."""
+
+    lacks_drag: bool = False
+    """Whether the stated drag of a robot is added as far as the fluid does not resolve it."""
+
+
 @runtime_checkable
 class Fluid(Protocol):
     """A fluid plug-in: a keyword-only dataclass, opened once for each world."""

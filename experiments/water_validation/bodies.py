@@ -99,7 +99,7 @@ def drift(
         more: further overrides.
     """
     with tempfile.TemporaryDirectory() as folder:
-        _write(Path(folder), shape, mass)
+        write_body(Path(folder), shape, mass)
         words = [
             f"robot={folder}",
             "backend=free",
@@ -118,8 +118,14 @@ def drift(
         return _followed(world, round(until / step))
 
 
-def _write(folder: Path, shape: Shape, mass: float) -> None:
-    """A robot folder for the body, its mass spread evenly."""
+def write_body(folder: Path, shape: Shape, mass: float) -> None:
+    """Write a robot folder for a body, its mass spread evenly.
+
+    Args:
+        folder: where it is written.
+        shape: of the body.
+        mass: [kg].
+    """
     size = shape.size
     if shape.kind == "sphere":
         moments = [0.4 * size[0] ** 2] * 3

@@ -27,6 +27,7 @@ from seals.run.immersed import (
     refuse_fluid,
     resting_effects,
     sink,
+    stated_drag,
     surroundings,
     without,
 )
@@ -84,6 +85,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
     _check_step(settings, robot)
     steps = step_count(settings)
     settings.backend.open(surroundings(settings), settings.time.step)
+    resting = {name: settings.effects[name] for name in resting_effects(settings)}
     actor = Actor(
         robot,
         effects,
@@ -94,6 +96,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
         steps=steps,
         fluid=settings.fluid,
         repeats=repeats,
+        stated=stated_drag(settings, resting, robot.links),
     )
     actor.pilot = _build_pilot(settings, actor)
     objects = add_objects(settings, steps=steps, repeats=repeats)

@@ -7,12 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect, EffectOptions, MediumKind
 from seals.environment.ground import solids_of
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import ConfigError
-from seals.fluid import Fluid, Surrounding
+from seals.fluid import Fluid, FluidOptions, Surrounding
 from seals.plugin_options import options_of
 from seals.registry import get
 from seals.robot.robot_file import read_robot
@@ -92,6 +94,41 @@ def owned(effect: Effect, fluid: Fluid) -> bool:
     in_water = options_of(effect, EffectOptions).medium in (MediumKind.water, None)
     shared = set(effect.accounts_for) & set(fluid.accounts_for)
     return in_water and bool(shared) and not effect.correction
+
+
+DRAGS = frozenset({"linear drag", "quadratic drag", "angular drag"})
+"""Phenomena of which a fluid may resolve a part only."""
+
+
+def adds_drag(settings: RunSettings, effects: Mapping[str, Effect]) -> bool:
+    """Return whether drag is added to what a fluid resolves, see `seals.world.subgrid`.
+
+    Args:
+        settings: of the run. In waves nothing is added: drag is stated for water at rest.
+        effects: that the fluid computes, by name.
+    """
+    if settings.fluid is None or not options_of(settings.fluid, FluidOptions).lacks_drag:
+        return False
+    if settings.wave.at(np.zeros((1, 3)), np.zeros((1, 1)), 0.0).normal is not None:
+        return False
+    return any(DRAGS.intersection(e.accounts_for) for e in effects.values())
+
+
+def stated_drag(
+    settings: RunSettings, effects: Mapping[str, Effect], links: Sequence[str]
+) -> EffectSet | None:
+    """Return what a robot states of its drag, with added mass and buoyancy; None to add no drag.
+
+    Args:
+        settings: of the run.
+        effects: that the fluid computes, by name.
+        links: of the robot.
+    """
+    wanted = DRAGS | {"added mass"}
+    chosen = {n: e for n, e in effects.items() if wanted.issuperset(e.accounts_for)}
+    if not adds_drag(settings, chosen):
+        return None
+    return bind_effects({**chosen, "buoyancy": get("effect", "buoyancy").load()()}, links)
 
 
 def without(effects: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:

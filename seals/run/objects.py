@@ -23,7 +23,7 @@ from seals.robot.limbs import standing
 from seals.robot.model import RobotModel, Surface
 from seals.robot.robot_file import RobotFile
 from seals.robot.settings import RobotSettings
-from seals.run.immersed import owned, owners
+from seals.run.immersed import owned, owners, stated_drag
 from seals.run.object_settings import ObjectSettings
 from seals.run.settings import InitialSettings, RunSettings
 from seals.schema import read
@@ -48,8 +48,14 @@ def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[
     actors = {}
     for name, thing in settings.objects.items():
         found = find_robot(thing.robot)
+        robot, effects = build_object(name, thing, found, settings.effects, settings.fluid)
+        resting = {}
+        if settings.fluid is not None:
+            own = _own_effects(name, found, thing)
+            resting = {key: e for key, e in own.items() if owned(e, settings.fluid)}
         actor = Actor(
-            *build_object(name, thing, found, settings.effects, settings.fluid),
+            robot,
+            effects,
             {},
             settings.backend,
             settings.environment,
@@ -57,6 +63,7 @@ def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[
             steps=steps,
             fluid=settings.fluid,
             repeats=repeats,
+            stated=stated_drag(settings, resting, robot.links),
         )
         _animate(name, thing, found, settings, actor)
         actors[name] = actor

@@ -10,7 +10,7 @@ from seals.environment.waves import Orbits, WaveOptions
 from seals.errors import suggestion
 from seals.plugin_options import options_of
 from seals.registry import get, names
-from seals.run.immersed import resting_effects
+from seals.run.immersed import adds_drag, resting_effects
 from seals.run.settings import RunSettings
 
 
@@ -49,9 +49,11 @@ def find_unused(settings: RunSettings, overrides: Sequence[str]) -> list[str]:
         )
     resting = resting_effects(settings)
     if resting:
+        more = adds_drag(settings, {name: settings.effects[name] for name in resting})
         found.append(
             f"{', '.join(resting)} of {settings.robot.name} are disabled: the water "
             f"of the {settings.fluid.name} simulates these forces."
+            + (" Drag that it does not resolve is added as subgrid_drag." if more else "")
         )
     return found
 

@@ -50,6 +50,7 @@ from seals.world.scalar_compiler import REFUSED, CannotCompile
 from seals.world.sensor_suite import MANY, Instant, SensorSuite
 from seals.world.servos import Servoing
 from seals.world.stretch import Ready, Supply
+from seals.world.subgrid import SubgridDrag
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 """What the caller sets."""
@@ -71,6 +72,8 @@ class Actor:
         steps: rows to reserve in the ledger.
         fluid: that the robot is in, or None; its surface stands for the waves then.
         repeats: times that they are made, from a reset each.
+        stated: drag, added mass and buoyancy that the fluid computes, see `SubgridDrag`; None to
+            add nothing to what it resolves.
 
     Attributes:
         ledger: every effect's wrench at every step.
@@ -100,6 +103,7 @@ class Actor:
         steps: int,
         fluid: Fluid | None = None,
         repeats: int = 1,
+        stated: EffectSet | None = None,
     ) -> None:
         self.robot, self.effects, self.sensors = robot, effects, dict(sensors)
         self.gravity, self.body = environment.gravity, backend.add(robot)
@@ -116,7 +120,14 @@ class Actor:
             implicit=self.servos.implicit,
         )
         self._bodies = robot.bodies(np.zeros(1))
-        names = effects.wrenching if fluid is None else (*effects.wrenching, fluid.name)
+        self.immersion = Immersion(robot) if fluid is not None else None
+        self.subgrid: SubgridDrag | None = None
+        names = effects.wrenching
+        if self.immersion is not None and stated is not None:
+            roots = [group.root for group in self.immersion.groups]
+            self.subgrid = SubgridDrag(robot, stated, surroundings, roots)
+            names = (*names, self.subgrid.name)
+        names = names if fluid is None else (*names, fluid.name)
         self.ledger = Ledger(names, robot.links, steps=steps)
         self.memory: Mapping[str, Array] = effects.zero_memory()
         self.joint_torque = np.zeros((1, robot.tree.joints))
@@ -140,7 +151,6 @@ class Actor:
         )
         self._start_over()
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
-        self.immersion = Immersion(robot) if fluid is not None else None
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
         choice = "false" if fluid is not None else options_of(backend, BackendOptions).compiled
         self._must, self._backend = choice == "true", backend
@@ -241,6 +251,11 @@ class Actor:
         (kinematics, moving, motion, joints, sample), step = seen, inputs.step
         found = self.evaluator.evaluate(motion, joints, inputs, self.memory, sample)
         row = self.ledger.open_row(self._time)
+        more = self.subgrid
+        if more is not None:
+            given = joints, inputs, self.memory.get(more.name), found.sample
+            wrench, found.memory[more.name] = more.loads(motion, *given)
+            found.loads.append((more.bound, None, wrench))
         for b, rows, wrench in found.loads:
             self.ledger.write(row, b.name, rows, wrench)
         pushed = self.servos.push(found, inputs)
@@ -426,6 +441,10 @@ class Actor:
         assert self._due is not None
         due, row = self._due
         wrench = self.immersion.wrenches(impulses, due, step)
+        if self.subgrid is not None:
+            name = self.subgrid.name
+            noted = self.subgrid.note(self.memory[name], wrench)
+            self.memory = {**self.memory, name: noted}
         self.ledger.write(row, self.ledger.effects[-1], None, Wrench(wrench[:, :3], wrench[:, 3:]))
         whole = due._replace(wrench=due.wrench + wrench[None], discontinuous=True)
         self.body.apply(whole, step)

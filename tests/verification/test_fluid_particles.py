@@ -153,9 +153,10 @@ def test_a_run_says_what_rests_and_writes_the_fluid(tmp_path: Path) -> None:
     settings = run_settings(words)
     (remark,) = find_unused(settings, words)
     assert "water_drag, spin_drag, added_mass, slamming of ball are disabled" in remark
+    assert "is added as subgrid_drag" in remark
     record = simulate(settings)
     assert record.error is None
-    assert set(record.ledger.effects) == {"gravity", "air_drag", "particles"}
+    assert set(record.ledger.effects) == {"gravity", "air_drag", "subgrid_drag", "particles"}
     rows = len(record.log.time)
     assert {len(values) for values in record.fluid.values()} == {rows}
     assert record.fluid["gauge side [m]"][-1] == pytest.approx(0.0, abs=0.02)

@@ -43,7 +43,7 @@ class Method(Enum):
     """Divergence-free SPH: iterated to a stated compression, incompressible by default."""
 
 
-@roles(data="solid_scale")
+@roles(data="solid_scale subgrid_drag")
 @dataclass(kw_only=True)
 class ParticleFluid:
     """Base of the particle fluids: water particles with two-way coupling to bodies.
@@ -62,6 +62,8 @@ class ParticleFluid:
         thin: treatment of parts thinner than a spacing: by their volume, or as a closed layer.
         solid_scale: weight s of a body's boundary volumes in the density [1], by robot or
             robot/link, on top of ``physics.solid_scale``.
+        subgrid_drag: whether the drag that a robot states is added as far as the particles do not
+            resolve it, in water without waves and current.
         look: time between two updates of the surface [s].
     """
 
@@ -77,6 +79,7 @@ class ParticleFluid:
     most: int = count(2_000_000, bounds=(1, 10**9))
     thin: Thin = Thin.volume
     solid_scale: dict[str, float] = named("1", bounds=(0.1, 4.0), source="Macklin et al. 2014")
+    subgrid_drag: bool = True
     look: float = setting(0.02, "s", bounds=(0.0, 10.0), source=_CHOSEN)
 
     name: ClassVar[str]

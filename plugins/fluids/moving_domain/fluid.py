@@ -434,6 +434,11 @@ class FluidWindow(ParticleFluid):
 
     name: ClassVar[str] = "window"
 
+    @property
+    def lacks_drag(self) -> bool:
+        """Whether stated drag is added, see `seals.fluid`: effects do not know the current."""
+        return self.subgrid_drag and not any(self.current)
+
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return an empty list: an open sea has no walls."""
         return {}

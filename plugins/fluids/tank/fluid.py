@@ -534,6 +534,11 @@ class FluidParticles(ParticleFluid):
                 f"(settle={self.settle:g} s).\nUse settle={1.0 - self.maker.start:g} or more."
             )
 
+    @property
+    def lacks_drag(self) -> bool:
+        """Whether stated drag is added, see `seals.fluid`: not in the waves of a maker."""
+        return self.subgrid_drag and self.maker.kind is Maker.none
+
     def solids(self, environment: EnvironmentSettings) -> Mapping[str, ObstacleSettings]:
         """Return walls and floor of the basin."""
         return walls_of(self._basin(environment))
