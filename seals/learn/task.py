@@ -25,7 +25,7 @@ class ActionMode(enum.Enum):
 
     ``velocity``: of the body; the controller closes all loops. ``body_rates``: thrust of all rotors
     together, from none to their largest in air, and the rates of turn about the body axes, up to
-    the task's ``rates``; the controller closes the loop of the rates alone. ``rotor_thrust``: thrust
+    the task's ``rates``; the controller closes their loop alone. ``rotor_thrust``: thrust
     of every rotor, from none to its largest in air; the controller closes no loop.
     """
 
