@@ -23,6 +23,10 @@ from seals.schema import LATER, setting, vector
 
 EXPERT_GAIN = 1.5
 """Of the expert's velocity against the distance [1/s]."""
+INTEGRAL = 0.3
+"""Of the velocity against the sum of the distance, of the expert in a current [1/s^2]."""
+DRIFT, NEAR = 0.6, 0.15
+"""Largest velocity by that sum [m/s], and largest distance in it [m]."""
 DIGITS = 1e3
 """By which a target is multiplied, so that what stands behind the point chooses another [1/m]."""
 _BOX = (-1e4, 1e4)
@@ -242,3 +246,34 @@ class TaskReach(Task):
             )
         wanted = self.way(now) * (EXPERT_GAIN / self.speed)
         return namespace(wanted).clip(wanted, -1.0, 1.0)
+
+
+@dataclass(kw_only=True)
+class TaskReachCurrent(TaskReach):
+    """Task: move the hand to a position against a steady current, and hold it there.
+
+    All fields are those of `TaskReach`; the current is an effect of the run, and no policy is told
+    it. The script finds it by an integral of the error that it keeps in its own last action.
+
+    Example:
+        >>> TaskReachCurrent().hold
+        0.2
+    """
+
+    def scripted_policy(self, now: Instant) -> Array:
+        """Scripted policy: proportional and integral law, shape (N, 3).
+
+        Equation:
+            u = k w + i, i' = INTEGRAL (target - hand), |i| <= DRIFT, with w the way of the level
+            hand; i of the step before is what its action held beside k w, while it was within its
+            bounds.
+        """
+        xp, step, way = namespace(now.action), 1.0 / self.rate, self.way(now)
+        # where the hand was seen a step ago, nearly
+        before = EXPERT_GAIN * (way + step * (now.velocity - now.target_velocity))
+        held = self.speed * now.action - before
+        free = (xp.abs(now.action) < 1.0) & (now.time > 0.5 * step)
+        held = xp.where(free, xp.clip(held, -DRIFT, DRIFT), held * 0.0)
+        gained = xp.clip(now.target - self.place(now), -NEAR, NEAR)
+        wanted = EXPERT_GAIN * way + held + INTEGRAL * step * gained
+        return xp.clip(wanted / self.speed, -1.0, 1.0)
