@@ -202,12 +202,11 @@ def wanted_of(task: Any, action: Array, now: Instant) -> dict[str, Array]:
         action: from -1 to 1, shape (N, a).
         now: before the step.
     """
-    mode = getattr(task, "actions", ActionMode.velocity)
-    if mode is ActionMode.velocity:
+    if task.actions is ActionMode.velocity:
         velocity, yaw = task.command(action, now)
         return {"velocity": velocity, "yaw": yaw}
     thrust = 0.5 * (1.0 + action)
-    if mode is ActionMode.rotor_thrust:
+    if task.actions is ActionMode.rotor_thrust:
         return {"thrusts": thrust}
     turns = (most * action[:, k : k + 1] for k, most in enumerate(task.rates, 1))
     return {"rates": namespace(action).concat((thrust[:, :1], *turns), axis=1)}

@@ -83,7 +83,7 @@ def require_task(name: str, made: Task, model: RobotModel) -> None:
         "ended": (made.ended, (now, np.zeros((COUNT, 2))), [(COUNT,)]),
         "scripted_policy": (made.scripted_policy, (now,), [(COUNT, actions)]),
     }
-    if getattr(made, "actions", ActionMode.velocity) is not ActionMode.velocity:
+    if made.actions is not ActionMode.velocity:
         # only scripts that command a velocity are written
         del laws["scripted_policy"]
     elif not hasattr(made, "aim"):

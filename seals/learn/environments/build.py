@@ -59,12 +59,11 @@ def equip(task: Any, settings: RunSettings) -> None:
     Raises:
         ConfigError: the controller does not take such references.
     """
-    mode = getattr(task, "actions", ActionMode.velocity)
-    if mode is ActionMode.velocity:
+    if task.actions is ActionMode.velocity:
         return
     if not options_of(settings.controller, ControllerOptions).inner:
         raise ConfigError(
-            f"task.actions={mode.name} passes by loops of the controller, and "
+            f"task.actions={task.actions.name} passes by loops of the controller, and "
             f"{type(settings.controller).__name__} takes velocities only.\n"
             "Use task.actions=velocity, or a vehicle with rotors: controller=cascade"
         )
