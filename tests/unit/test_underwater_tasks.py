@@ -17,7 +17,10 @@ from seals.learn.task import Instant
 from seals.plugins.tasks.pipe import TaskPipe
 from seals.plugins.tasks.reach import EXPERT_GAIN, TaskReach, TaskReachCurrent
 
+TWINS = ("reach_current", "reach_current_crossing", "pipe", "pipe_crossing")
 FROZEN = {
+    "reach": ("f186e34a65727801", "70ebb0b5814108fc", "3224e20e5d25cf96"),
+    "catch": ("2ca847efbaeb2869", "2f79faeab8772b39", "ebf1df6415afa19d"),
     "reach_current": ("3f23900eb8de1c58", "884d665bdc548667", "3f88310774b532da"),
     "reach_current_crossing": ("bbd99fa453490ce4", "b217c4c3a3d19d23", "2ca4f7abdcd7d7b2"),
     "pipe": ("ddb84347cc8d1ae1", "fc0cad1fac67f0ba", "2733a2b9d86cbb50"),
@@ -93,7 +96,7 @@ def test_the_integral_finds_the_current() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("env", FROZEN)
+@pytest.mark.parametrize("env", TWINS)
 def test_the_script_succeeds(env: str) -> None:
     """Of twelve validation starts, with batch dynamics."""
     batch: Any = batched_of(compose([f"env={env}"], root="learn"), count=12, coded=True)
