@@ -27,6 +27,9 @@ INTEGRAL = 0.3
 """Of the velocity against the sum of the distance, of the expert in a current [1/s^2]."""
 DRIFT, NEAR = 0.6, 0.15
 """Largest velocity by that sum [m/s], and largest distance in it [m]."""
+TOPPLED = 20.0
+"""Cost of a body that lies on its side where nobody holds its attitude, beyond that of a way [1]:
+less, and to topple would be better than to drift away."""
 DIGITS = 1e3
 """By which a target is multiplied, so that what stands behind the point chooses another [1/m]."""
 _BOX = (-1e4, 1e4)
@@ -214,7 +217,11 @@ class TaskReach(Task):
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
-        return self.gained(now, before) - self.smooth * length(now.action - before.action), memory
+        gained = self.gained(now, before) - self.smooth * length(now.action - before.action)
+        if self._turning:
+            toppled = namespace(gained).astype(self.ended(now, memory), gained.dtype)
+            gained = gained - TOPPLED * toppled
+        return gained, memory
 
     def gained(self, now: Instant, before: Instant) -> Array:
         """Return the rewards of a step without the cost of its action, shape (N,)."""
@@ -225,7 +232,9 @@ class TaskReach(Task):
         return bonus - away
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return False: no episode ends early by failure."""
+        """Return True for bodies on their side where actions turn them; no other episode fails."""
+        if self._turning:
+            return now.rotation[:, 2, 2] < 0.0
         return now.time[:, 0] < 0.0
 
     @property

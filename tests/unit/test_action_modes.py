@@ -19,6 +19,8 @@ from seals.learn.environments.build import batched_of, build_learning
 from seals.learn.environments.twin import TwinSimulator
 from seals.learn.metadata import world_config
 from seals.learn.task import ActionMode, wanted_of
+from seals.plugins.tasks.reach import TOPPLED
+from seals.plugins.tasks.rewards import Reward
 from seals.run.assembly import build_model, build_world
 from seals.run.build import build_run
 from seals.testing import check_task
@@ -224,3 +226,21 @@ def test_worlds_of_velocities_keep_their_hash() -> None:
     assert "actions" not in plain
     assert "rates" not in plain
     assert other["actions"] == "body_rates"
+
+
+@pytest.mark.parametrize("mode", ["velocity", *MODES])
+def test_a_body_on_its_side_ends_its_episode(mode: str) -> None:
+    """Where actions turn the body, and at a cost; a controller that holds the attitude recovers."""
+    batch = environments(mode, "task.reward_form=none", count=3)
+    batch.reset([1, 2, 3])
+    rolls = np.array([0.0, 1.5, 1.6])
+    turned = np.array(
+        [[[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]] for a in rolls]
+    )
+    now, memory = batch.now._replace(rotation=turned), np.zeros((3, 2))
+    toppled = [False, False, mode != "velocity"]
+    assert batch.task.ended(now, memory).tolist() == toppled
+    batch.task.reward_form = Reward.progress
+    before, _ = batch.task.reward(now._replace(rotation=turned * 0.0 + np.eye(3)), now, memory)
+    after, _ = batch.task.reward(now, now, memory)
+    np.testing.assert_allclose(before - after, TOPPLED * np.array(toppled, dtype=float), atol=1e-9)
