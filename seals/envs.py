@@ -17,6 +17,8 @@ IDS: Mapping[str, str] = {
     "SEALS/Hover-v0": "hover",
     "SEALS/HoverWind-v0": "hover_wind",
     "SEALS/Oval-v0": "oval",
+    "SEALS/ReachCurrent-v0": "reach_current",
+    "SEALS/Pipe-v0": "pipe",
     "SEALS/Station-v0": "station",
     "SEALS/Catch-v0": "catch",
     "SEALS/CrabWalk-v0": "crab_walk",

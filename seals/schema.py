@@ -225,6 +225,7 @@ def vector(
     bounds: tuple[float, float],
     tolerance: float = 0.0,
     source: str,
+    later: bool = False,
 ) -> list[float]:
     """Declare a list of physical floats; an empty default leaves the length free.
 
@@ -234,10 +235,11 @@ def vector(
         bounds: lowest and highest admissible value of each component, in ``unit``.
         tolerance: one standard deviation of a component, in ``unit``.
         source: where the law or the choice comes from.
+        later: whether the class got this field later, see `LATER`.
     """
     anchor = default[0] if default else bounds[0]
     meta = _metadata(anchor, unit, bounds=bounds, tolerance=tolerance, source=source)
-    meta[_LENGTH] = len(default) or None
+    meta |= {_LENGTH: len(default) or None, **(LATER if later else {})}
     return dataclasses.field(default_factory=lambda: list(default), metadata=meta)
 
 

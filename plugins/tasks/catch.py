@@ -18,7 +18,7 @@ from seals.arrays import Array, Floats, namespace
 from seals.control import Reference
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.learn.task import Draw, Instant
+from seals.learn.task import ActionMode, Draw, Instant
 from seals.plugins.tasks.observation import ObservationKind, level_hand_offset
 from seals.plugins.tasks.reach import TaskReach
 from seals.plugins.tasks.rewards import Reward, chosen, near
@@ -256,13 +256,18 @@ class TaskCatch(TaskReach):
         """Look up hand and held joint positions of the robot.
 
         Raises:
-            ConfigError: the robot has no gripper with tips.
+            ConfigError: the robot has no gripper with tips, or actions command no velocity.
         """
         hand: Any = next((g for g in robot.grippers.values() if g.tips), None)
         if hand is None:
             raise ConfigError(
                 f"task catch needs a gripper with tips; robot '{robot.name}' has none.\n"
                 "Choose a robot with a hand: robot=aam"
+            )
+        if self.actions is not ActionMode.velocity:
+            raise ConfigError(
+                f"task.actions={self.actions.name} has no form for catching.\n"
+                "Allowed: velocity; the other ones in env=hover, reach or oval."
             )
         super().bind(robot)
         self._hand, self._pads = hand.name, len(hand.tips)

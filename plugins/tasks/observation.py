@@ -26,19 +26,29 @@ class ObservationKind(enum.Enum):
     blind = "blind"
 
 
-def names_of(sight: ObservationKind, actions: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the components of an observation."""
+def names_of(
+    sight: ObservationKind, actions: tuple[str, ...], *, turning: bool = False
+) -> tuple[str, ...]:
+    """Return the names of the components of an observation; for arguments see `observation_of`."""
     if sight is ObservationKind.paper:
         poses = [f"{who}_{k}" for who in ("robot", "target") for k in _POSE]
         return (*poses, *_VELOCITY)
     away = ("target_x", "target_y", "target_z", "drift_x", "drift_y", "drift_z")
     rest = ("spin_x", "spin_y", "spin_z", "up_x", "up_y", "height", "submersion")
     first = () if sight is ObservationKind.blind else away
-    return (*first, *_VELOCITY, *rest, *(f"last_{name}" for name in actions))
+    more = ("up_z", "east_x", "east_y", "east_z") if turning else ()
+    return (*first, *_VELOCITY, *rest, *more, *(f"last_{name}" for name in actions))
 
 
-def observation_of(sight: ObservationKind, now: Instant) -> Array:
-    """Return observations, shape (N, d)."""
+def observation_of(sight: ObservationKind, now: Instant, *, turning: bool = False) -> Array:
+    """Return observations, shape (N, d).
+
+    Args:
+        sight: what is seen.
+        now: of N robots.
+        turning: whether nobody holds the heading: the whole attitude is seen then, as the
+            directions of world z and x in body axes.
+    """
     xp = namespace(now.position)
     if sight is ObservationKind.paper:
         still = now.time * 0.0
@@ -54,7 +64,8 @@ def observation_of(sight: ObservationKind, now: Instant) -> Array:
         now.submersion,
     )
     first = () if sight is ObservationKind.blind else away
-    return xp.concat((*first, *own, now.action), axis=1)
+    more = (now.rotation[:, 2, 2:3], now.rotation[:, 0, :]) if turning else ()
+    return xp.concat((*first, *own, *more, now.action), axis=1)
 
 
 def level_hand_offset(now: Instant) -> Array:

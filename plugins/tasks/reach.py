@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from seals.arrays import Array, Floats, namespace
 from seals.control.limbs import stowed
 from seals.errors import ConfigError
 from seals.field_roles import roles
-from seals.learn.task import Draw, Instant, Task
+from seals.learn.task import ActionMode, Draw, Instant, Task
 from seals.plugins.tasks.observation import (
     ObservationKind,
     level_hand_offset,
@@ -19,10 +19,17 @@ from seals.plugins.tasks.observation import (
 )
 from seals.plugins.tasks.rewards import Reward, length, near, unshaped
 from seals.robot.model import RobotModel
-from seals.schema import setting, vector
+from seals.schema import LATER, setting, vector
 
 EXPERT_GAIN = 1.5
 """Of the expert's velocity against the distance [1/s]."""
+INTEGRAL = 0.3
+"""Of the velocity against the sum of the distance, of the expert in a current [1/s^2]."""
+DRIFT, NEAR = 0.6, 0.15
+"""Largest velocity by that sum [m/s], and largest distance in it [m]."""
+TOPPLED = 20.0
+"""Cost of a body that lies on its side where nobody holds its attitude, beyond that of a way [1]:
+less, and to topple would be better than to drift away."""
 DIGITS = 1e3
 """By which a target is multiplied, so that what stands behind the point chooses another [1/m]."""
 _BOX = (-1e4, 1e4)
@@ -31,12 +38,14 @@ _BOX = (-1e4, 1e4)
 @roles(data="ends shuffled")
 @dataclass(kw_only=True)
 class TaskReach(Task):
-    """Task: move until the hand is at the target, and hold it; actions are velocities.
+    """Task: move until the hand is at the target, and hold it.
 
     Args:
         rate: control steps a second [Hz].
         duration: of an episode [s].
         speed: velocity that an action of 1 asks for [m/s].
+        actions: what actions command, see `ActionMode`.
+        rates: largest body rates that actions ask for with ``actions=body_rates`` [rad/s].
         sight: what is seen.
         reward_form: which reward is given.
         success_distance: within which the target counts as reached [m].
@@ -83,6 +92,10 @@ class TaskReach(Task):
     width: float = setting(0.1, "m", bounds=(1e-4, 10.0), source="chosen: twice the success")
     bonus: float = setting(1.0, "m", bounds=(0.0, 100.0), source="chosen: of the size of the path")
     smooth: float = setting(0.1, "m", bounds=(0.0, 10.0), source="chosen: of 0.02, 0.1 and 0.3")
+    actions: ActionMode = field(default=ActionMode.velocity, metadata=LATER)
+    rates: list[float] = vector(
+        (3.0, 3.0, 1.5), "rad/s", bounds=(0.01, 50.0), source="chosen: a lean in 0.2 s", later=True
+    )
 
     def __post_init__(self) -> None:
         """Refuse empty boxes."""
@@ -114,6 +127,11 @@ class TaskReach(Task):
             )
         values[arms] = self.arm or 0.0
         self._posture = np.minimum(np.maximum(values, robot.lower), robot.upper)
+        self._rotors = 0
+
+    def equip(self, drives: int) -> None:
+        """Note the number of rotors."""
+        self._rotors = drives
 
     @property
     def posture(self) -> Floats:
@@ -122,13 +140,21 @@ class TaskReach(Task):
 
     @property
     def action_names(self) -> tuple[str, ...]:
-        """Names of the actions: body velocity in world axes, relative to ``speed``."""
+        """Names of the actions: body velocity in world axes, relative to ``speed``, or others."""
+        if self.actions is ActionMode.rotor_thrust:
+            return tuple(f"thrust_{k + 1}" for k in range(self._rotors))
+        if self.actions is ActionMode.body_rates:
+            return ("thrust", "rate_x", "rate_y", "rate_z")
         return ("velocity_x", "velocity_y", "velocity_z")
 
     @property
     def observation_names(self) -> tuple[str, ...]:
         """Names of the components of an observation, in order."""
-        return names_of(self.sight, self.action_names)
+        return names_of(self.sight, self.action_names, turning=self._turning)
+
+    @property
+    def _turning(self) -> bool:
+        return self.actions is not ActionMode.velocity
 
     def draw(self, rng: np.random.Generator, count: int) -> Draw:
         """Return random starts and targets, uniform in their boxes."""
@@ -151,7 +177,8 @@ class TaskReach(Task):
     def observation(self, now: Instant) -> Array:
         """Return observations, shape (N, d)."""
         target = self._elsewhere(now.target) if self.shuffled else now.target
-        return observation_of(self.sight, now._replace(tool=self.place(now), target=target))
+        seen = now._replace(tool=self.place(now), target=target)
+        return observation_of(self.sight, seen, turning=self._turning)
 
     def _elsewhere(self, target: Array) -> Array:
         """Return a pseudo-random point of the target box, hashed from the target, shape (N, 3).
@@ -190,7 +217,11 @@ class TaskReach(Task):
         given = unshaped(self, now, self.distance(now), memory)
         if given is not None:
             return given
-        return self.gained(now, before) - self.smooth * length(now.action - before.action), memory
+        gained = self.gained(now, before) - self.smooth * length(now.action - before.action)
+        if self._turning:
+            toppled = namespace(gained).astype(self.ended(now, memory), gained.dtype)
+            gained = gained - TOPPLED * toppled
+        return gained, memory
 
     def gained(self, now: Instant, before: Instant) -> Array:
         """Return the rewards of a step without the cost of its action, shape (N,)."""
@@ -201,7 +232,9 @@ class TaskReach(Task):
         return bonus - away
 
     def ended(self, now: Instant, memory: Array) -> Array:
-        """Return False: no episode ends early by failure."""
+        """Return True for bodies on their side where actions turn them; no other episode fails."""
+        if self._turning:
+            return now.rotation[:, 2, 2] < 0.0
         return now.time[:, 0] < 0.0
 
     @property
@@ -210,6 +243,46 @@ class TaskReach(Task):
         return self.ends or self.reward_form is Reward.paper
 
     def scripted_policy(self, now: Instant) -> Array:
-        """Scripted policy: velocity towards the target, slower near it, shape (N, 3)."""
+        """Scripted policy: velocity towards the target, slower near it, shape (N, 3).
+
+        Raises:
+            ConfigError: actions command something else.
+        """
+        if self._turning:
+            raise ConfigError(
+                f"task.actions={self.actions.name} has no scripted policy, only velocity has.\n"
+                "Leave it out (beside=[random]), or use task.actions=velocity"
+            )
         wanted = self.way(now) * (EXPERT_GAIN / self.speed)
         return namespace(wanted).clip(wanted, -1.0, 1.0)
+
+
+@dataclass(kw_only=True)
+class TaskReachCurrent(TaskReach):
+    """Task: move the hand to a position against a steady current, and hold it there.
+
+    All fields are those of `TaskReach`; the current is an effect of the run, and no policy is told
+    it. The script finds it by an integral of the error that it keeps in its own last action.
+
+    Example:
+        >>> TaskReachCurrent().hold
+        0.2
+    """
+
+    def scripted_policy(self, now: Instant) -> Array:
+        """Scripted policy: proportional and integral law, shape (N, 3).
+
+        Equation:
+            u = k w + i, i' = INTEGRAL (target - hand), |i| <= DRIFT, with w the way of the level
+            hand; i of the step before is what its action held beside k w, while it was within its
+            bounds.
+        """
+        xp, step, way = namespace(now.action), 1.0 / self.rate, self.way(now)
+        # where the hand was seen a step ago, nearly
+        before = EXPERT_GAIN * (way + step * (now.velocity - now.target_velocity))
+        held = self.speed * now.action - before
+        free = (xp.abs(now.action) < 1.0) & (now.time > 0.5 * step)
+        held = xp.where(free, xp.clip(held, -DRIFT, DRIFT), held * 0.0)
+        gained = xp.clip(now.target - self.place(now), -NEAR, NEAR)
+        wanted = EXPERT_GAIN * way + held + INTEGRAL * step * gained
+        return xp.clip(wanted / self.speed, -1.0, 1.0)

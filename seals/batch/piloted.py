@@ -126,7 +126,7 @@ class BatchPilot:
 
 
 class PilotedTwin:
-    """Batch of velocity-controlled robots with held joints.
+    """Batch of controlled robots with held joints.
 
     Args:
         settings: of a run with a controller.
@@ -198,13 +198,12 @@ class PilotedTwin:
         memory = self.twin.zero_memory()
         return Flight(state, time, whole, memory, self.controller.start(self.batch))
 
-    def fly(self, flight: Flight, velocity: Array, yaw: Array, steps: int) -> Flight:
-        """Return flights after some steps under reference velocities.
+    def fly(self, flight: Flight, wanted: Mapping[str, Array], steps: int) -> Flight:
+        """Return flights after some steps under one reference.
 
         Args:
             flight: before.
-            velocity: wanted, world axes [m/s], shape (B, 3).
-            yaw: wanted heading [rad], shape (B, 1).
+            wanted: fields of a `Reference` by name, of B rows each.
             steps: of the integrator.
         """
         goal: Array = None
@@ -214,23 +213,25 @@ class PilotedTwin:
             share = self._share(flight.memory)
             if k % self.every == 0:
                 span = min(self.every, steps - k)
-                goal, control = order(flight, velocity, yaw, span, posture)
+                goal, control = order(flight, wanted, span, posture)
                 flight = flight._replace(control=control)
             flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
         return flight
 
     def _order(
-        self, flight: Flight, velocity: Array, yaw: Array, steps: int, posture: Posture | None
+        self, flight: Flight, wanted: Mapping[str, Array], steps: int, posture: Posture | None
     ) -> tuple[Array, Any]:
         """Commands of the drives for some steps, and the new memory of the controller."""
         if posture is None:
             posture = self.twin.posture(flight.state, flight.time)
         situation = self.pilot.situation(flight.state, flight.time, posture, steps * self.step)
-        aim = Reference(velocity=velocity, acceleration=velocity * 0.0, yaw=yaw)
+        still = flight.state.position * 0.0
+        plain = {"velocity": still, "acceleration": still, "yaw": still[:, :1]}
+        aim: Any = Reference(**{**plain, **wanted})
         return self.controller.command(situation, aim, flight.control)
 
     def commands(
-        self, state: TwinState, time: Array, control: Any, velocity: Array, yaw: Array
+        self, state: TwinState, time: Array, control: Any, wanted: Mapping[str, Array]
     ) -> tuple[Array, Any]:
         """Return the commands of the drives for the next period, for bodies that others move.
 
@@ -238,14 +239,13 @@ class PilotedTwin:
             state: of the bodies.
             time: since the start of each [s], shape (B, 1).
             control: memory of the controller.
-            velocity: wanted, world axes [m/s], shape (B, 3).
-            yaw: wanted heading [rad], shape (B, 1).
+            wanted: fields of a `Reference` by name, of B rows each.
 
         Returns:
             Commands [rad/s or N], shape (B, n), and the new memory of the controller.
         """
         flight = Flight(state, time, None, {}, control)
-        return self._order(flight, velocity, yaw, self.every, None)
+        return self._order(flight, wanted, self.every, None)
 
     def submersion(self, flight: Flight) -> Array:
         """Return the submerged fraction of the volume of all hulls [1], shape (B, 1)."""

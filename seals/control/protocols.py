@@ -118,6 +118,11 @@ class Reference(NamedTuple):
         grip: by gripper, 0 for open and 1 for closed [1]; those left out keep theirs, open first.
         position: held against drift, world [m], shape (3,); None for velocity alone.
         manner: how a walking robot shall step, values by name over those of its gait.
+        rates: thrust of all rotors together as a share of their largest in air [1], and body rates
+            [rad/s], shape (4,): velocity, attitude and heading are not controlled then; None for
+            those loops, see `ControllerOptions.inner`.
+        thrusts: of every rotor as a share of its largest in air [1], shape (n,): nothing is
+            controlled then; None likewise.
 
     Example:
         >>> Reference(velocity=np.array([1.0, 0.0, 0.0])).yaw
@@ -132,6 +137,13 @@ class Reference(NamedTuple):
     grip: Mapping[str, float] = NOTHING
     position: Floats | None = None
     manner: Mapping[str, float] = NOTHING
+    rates: Floats | None = None
+    thrusts: Floats | None = None
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the optional numbers that it holds, of `AIM_OPTIONS`."""
+        return tuple(name for name in AIM_OPTIONS if getattr(self, name) is not None)
 
 
 STATE_ARRAYS = (
@@ -140,17 +152,17 @@ STATE_ARRAYS = (
 )
 """Numbers of a `RobotState` that have a row for every robot of a batch."""
 AIM_ARRAYS = ("velocity", "acceleration", "yaw", "yaw_rate")
-"""The same of a `Reference`, beside a position."""
+"""The same of a `Reference`, beside `AIM_OPTIONS`."""
+AIM_OPTIONS = ("position", "rates", "thrusts")
+"""Numbers of a `Reference` that may be missing."""
 
 
 def of_one(s: RobotState, aim: Reference) -> tuple[RobotState, Reference]:
     """Return state and reference of one robot as those of a batch of one."""
     buoyancy = Buoyancy(*(_row(x) for x in s.buoyancy))
     state = s._replace(buoyancy=buoyancy, **{name: _row(getattr(s, name)) for name in STATE_ARRAYS})
-    place = None if aim.position is None else _row(aim.position)
-    return state, aim._replace(
-        position=place, **{name: _row(getattr(aim, name)) for name in AIM_ARRAYS}
-    )
+    names = (*AIM_ARRAYS, *aim.given)
+    return state, aim._replace(**{name: _row(getattr(aim, name)) for name in names})
 
 
 def _row(value: Any) -> Array:
@@ -252,6 +264,9 @@ class ControllerOptions:
     """Whether it asks for mass properties, buoyancy and limits of drives; situations hold those of
     the start otherwise, as for gaits."""
 
+    inner: ClassVar[bool] = False
+    """Whether a reference may pass by its outer loops: body rates, or thrusts of the rotors."""
+
     def leg_phase(self, memory: Any) -> Floats:
         """Return the phase of every leg in its cycle, shape (N,), from the memory."""
         return NO_LEGS
@@ -259,12 +274,13 @@ class ControllerOptions:
     def compile(self, compiled: Compiler | None) -> None:
         """Set the compiler of laws, None for none; called after `Controller.bind`."""
 
-    def command_law(self, period: float, memory: Any) -> CommandLaw | None:
+    def command_law(self, period: float, memory: Any, aim: Reference) -> CommandLaw | None:
         """Return its law for an aim that stays, without a position; None where it has none.
 
         Args:
             period: between commands [s].
             memory: its present one.
+            aim: of the form that stays.
         """
         return None
 

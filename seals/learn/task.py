@@ -6,17 +6,32 @@ one, thousands of twins on a GPU a batch of thousands.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import enum
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from seals.arrays import Array, Floats
+from seals.arrays import Array, Floats, namespace
 from seals.control import Reference
 from seals.robot.model import RobotModel
 
 if TYPE_CHECKING:
     from seals.rendering.camera_view import CameraView
+
+
+class ActionMode(enum.Enum):
+    """What the actions of a vehicle with rotors command, from -1 to 1 each.
+
+    ``velocity``: of the body; the controller closes all loops. ``body_rates``: thrust of all rotors
+    together, from none to their largest in air, and the rates of turn about the body axes, up to
+    the task's ``rates``; the controller closes their loop alone. ``rotor_thrust``: thrust
+    of every rotor, from none to its largest in air; the controller closes no loop.
+    """
+
+    velocity = "velocity"
+    body_rates = "body_rates"
+    rotor_thrust = "rotor_thrust"
 
 
 class Instant(NamedTuple):
@@ -79,6 +94,8 @@ class Task(Protocol):
         success_distance: within which the target counts as reached [m].
         hold: for how long [s].
         object: name of the run's object that is the target; empty for a target of the task's own.
+        actions: what actions command, see `wanted_of`.
+        rates: largest body rates of the actions of `ActionMode.body_rates` [rad/s], three of them.
     """
 
     rate: float
@@ -86,6 +103,11 @@ class Task(Protocol):
     success_distance: float
     hold: float
     object: str = ""
+    actions: ActionMode = ActionMode.velocity
+    rates: Sequence[float] = ()
+
+    def equip(self, drives: int) -> None:
+        """Receive the number of the robot's rotors; called only where actions command these."""
 
     def bind(self, robot: RobotModel) -> None:
         """Receive the model of the robot.
@@ -170,6 +192,24 @@ class WorldTask(Protocol):
         Args:
             goal: of one draw, shape (1, g).
         """
+
+
+def wanted_of(task: Any, action: Array, now: Instant) -> dict[str, Array]:
+    """Return the fields of a reference that actions mean, by name, of N rows each.
+
+    Args:
+        task: `Task.command` tells the meaning where it commands velocities.
+        action: from -1 to 1, shape (N, a).
+        now: before the step.
+    """
+    if task.actions is ActionMode.velocity:
+        velocity, yaw = task.command(action, now)
+        return {"velocity": velocity, "yaw": yaw}
+    thrust = 0.5 * (1.0 + action)
+    if task.actions is ActionMode.rotor_thrust:
+        return {"thrusts": thrust}
+    turns = (most * action[:, k : k + 1] for k, most in enumerate(task.rates, 1))
+    return {"rates": namespace(action).concat((thrust[:, :1], *turns), axis=1)}
 
 
 class Watcher(Protocol):

@@ -9,7 +9,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.contract import call_twice, require
-from seals.learn.task import Draw, Instant, Task, WorldTask
+from seals.learn.task import ActionMode, Draw, Instant, Task, WorldTask
 from seals.robot.model import RobotModel
 
 COUNT = 5
@@ -83,7 +83,10 @@ def require_task(name: str, made: Task, model: RobotModel) -> None:
         "ended": (made.ended, (now, np.zeros((COUNT, 2))), [(COUNT,)]),
         "scripted_policy": (made.scripted_policy, (now,), [(COUNT, actions)]),
     }
-    if not hasattr(made, "aim"):
+    if made.actions is not ActionMode.velocity:
+        # only scripts that command a velocity are written
+        del laws["scripted_policy"]
+    elif not hasattr(made, "aim"):
         laws["command"] = (made.command, (now.action, now), [(COUNT, 3), (COUNT, 1)])
     if made.effort(now) is not None:
         laws["effort"] = (made.effort, (now,), [(COUNT,)])

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from seals.learn.environments.build import equip
 from seals.learn.task import Task
 from seals.learn.task_contract import require_laws, require_task
 from seals.robot.build import build_robot
@@ -53,8 +54,10 @@ def check_task(
     name, made = build_declared("task", task, values, headings=False)
     # before a field in the place of a law is called
     require_laws(name, made)
-    model = build_robot(run_settings([f"robot={robot}"]).robot)
+    settings = run_settings([f"robot={robot}"])
+    model = build_robot(settings.robot)
     made.bind(model)
+    equip(made, settings)
     require_task(name, made, model)
     actions, seen = len(made.action_names), len(made.observation_names)
     return TaskReport(name=name, actions=actions, observations=seen)

@@ -22,7 +22,7 @@ from seals.control.protocols import (
 )
 from seals.effects.binding import EffectSet
 from seals.environment.sample import Sample
-from seals.errors import PhysicsError
+from seals.errors import ConfigError, PhysicsError
 from seals.motion import Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities
 from seals.plugin_options import options_of
@@ -201,6 +201,11 @@ class Pilot:
         guide = self.guide.start(situation) if fresh else guide
         if aim is None or kept.calls % self._guide_every == 0:
             aim, guide = self.guide.aim(situation, guide)
+            if not self._options.inner and not (aim.rates is aim.thrusts is None):
+                raise ConfigError(
+                    f"controller {type(controller).__name__} takes no body rates and no thrusts "
+                    "of rotors.\nUse controller=cascade, or give a velocity."
+                )
         order, controller = self.controller.command(situation, aim, controller)
         drives, joints = self.plant.layout.drives, self.plant.robot.tree.joints
         fits = order.drive.shape == (drives,) and order.joints.shape == (joints,)
@@ -235,7 +240,7 @@ class Pilot:
             return None
         if steady.place is not None and self._guide_every != self._every:
             return None
-        law = self._options.command_law(self._period, kept.controller)
+        law = self._options.command_law(self._period, kept.controller, steady.aim)
         return None if law is None else (law, steady, last)
 
     @property

@@ -263,7 +263,7 @@ def test_pytorch_flies_as_numpy_does() -> None:
         flight = pilot.start(state, like + 670.0 * (like[None] * 0.0 + 1.0))
         wanted = [[0.5, 0.2, -1.0], [0.0, 0.3, -1.0]]
         velocity = torch.tensor(wanted, dtype=torch.float64) if places else np.array(wanted)
-        flight = pilot.fly(flight, velocity, velocity[:, 0:1] * 0.0, 50)
+        flight = pilot.fly(flight, {"velocity": velocity, "yaw": velocity[:, 0:1] * 0.0}, 50)
         places.append(np.asarray(flight.state.position.tolist()))
     assert places[0][0, 2] < 0.1
     np.testing.assert_allclose(places[1], places[0], atol=1e-9)

@@ -175,7 +175,7 @@ def test_a_batch_of_one_crosses_the_surface_as_one_of_three() -> None:
             yaw=np.zeros((count, 1)),
         )
         flight, _ = twin.begin(draw)
-        aim = np.array([[0.0, 0.0, -1.0]] * count), np.zeros((count, 1))
-        flight = twin.twin.fly(flight, *aim, 20)
+        aim = {"velocity": np.array([[0.0, 0.0, -1.0]] * count), "yaw": np.zeros((count, 1))}
+        flight = twin.twin.fly(flight, aim, 20)
         found.append(flight.state.position[0])
     np.testing.assert_allclose(found[0], found[1], rtol=0.0, atol=1e-12)

@@ -12,6 +12,7 @@ from seals.control import ActuatorCommand, Reference, RobotState
 from seals.control.bounded import ROUNDS, Search, changed, tried
 from seals.control.protocols import (
     AIM_ARRAYS,
+    AIM_OPTIONS,
     STATE_ARRAYS,
     Buoyancy,
     CommandLaw,
@@ -66,7 +67,7 @@ class _Kernels(NamedTuple):
 
     Args:
         plain: without regard to the rotors' bounds; also begins the search for the best within.
-        round: of that search.
+        round: of that search; None, as the next, where the rotors' thrusts are given.
         bounded: of the law, with what it found.
     """
 
@@ -99,14 +100,14 @@ class CompiledCascade:
             *(s.submersion, force, place, joints, memory.block),
             *(aim.velocity, aim.acceleration, aim.yaw, aim.yaw_rate),
         ]
-        if aim.position is not None:
-            given.append(aim.position)
-        key = s.step, aim.position is None
+        given += [x for x in (getattr(aim, name) for name in AIM_OPTIONS) if x is not None]
+        key = s.step, aim.given
         kernels = self._kernels.get(key)
         if kernels is None:
             kernels = self._kernels[key] = self._traced(s, aim, given)
-        within, order, block, fixed, state, bounds = kernels.plain(*given)
-        if not within.item():
+        within, order, block, *search = kernels.plain(*given)
+        if search and not within.item():
+            fixed, state, bounds = search
             for _ in range(ROUNDS * len(order)):
                 share, wrong, state = kernels.round(fixed, state)
                 if not wrong.item():
@@ -114,21 +115,24 @@ class CompiledCascade:
             order, block = kernels.bounded(*given, share, bounds)
         return ActuatorCommand(order, joints), PackedState(block, joints)
 
-    def law(self, period: float) -> CommandLaw | None:
-        """Return the law for aims without a position; None before its first call."""
-        kernels = self._kernels.get((period, True))
+    def law(self, period: float, aim: Reference) -> CommandLaw | None:
+        """Return the law for aims of the form of one; None before the first call with such."""
+        kernels = self._kernels.get((period, aim.given))
         if kernels is None:
             return None
+        more = aim.given
         names = (*STATE_ARRAYS, "force", "place", "targets", "memory")
         aims = ("velocity_wanted", *AIM_ARRAYS[1:])
         within, order, block = range(3)
         turns = ROUNDS * kernels.plain.views[1][order].size
+        search = SearchLaw(within, kernels.round, kernels.bounded, turns)
         return CommandLaw(
-            *(kernels.plain, (*names, *aims), block),
+            *(kernels.plain, (*names, *aims, *more), block),
             numbers=lambda memory: memory.block,
             remembered=lambda numbers, last: PackedState(numbers, last.joints),
             order=order,
-            search=SearchLaw(within, kernels.round, kernels.bounded, turns),
+            search=None if aim.thrusts is not None else search,
+            aimed=lambda other: {name: getattr(other, name) for name in more},
         )
 
     def _traced(self, s: RobotState, aim: Reference, given: Sequence[Any]) -> _Kernels:
@@ -144,9 +148,8 @@ class CompiledCascade:
             state = state._replace(buoyancy=Buoyancy(next(more), next(more)))
             joints = next(more)
             memory = _filled(self._form, next(more), joints)
-            wanted = aim._replace(**{name: next(more) for name in AIM_ARRAYS})
-            if aim.position is not None:
-                wanted = wanted._replace(position=next(more))
+            names = (*AIM_ARRAYS, *aim.given)
+            wanted = aim._replace(**{name: next(more) for name in names})
             state, wanted = of_one(state, wanted)
             return state, self._law.asked(state, wanted, joints, memory), memory
 
@@ -158,6 +161,8 @@ class CompiledCascade:
 
         def plain(*arrays: Array) -> list[Array]:
             state, found, _ = parts = asked(arrays)
+            if found.speeds is not None:
+                return [1.0 + 0.0 * state.submersion, *ended(parts, found.speeds)]
             bounds = {"gain": state.gain, "limit": state.limit, "low": state.low}
             wanted, within, (h, soft, g, *rest), low, span = allocation.unbounded(
                 found.wrench, state.centre, **bounds
@@ -183,6 +188,8 @@ class CompiledCascade:
             return [x[0], np.any(wrong), np.concatenate(after)]
 
         own = [shape or (1, 1) for shape in shapes]
+        if aim.thrusts is not None:
+            return _Kernels(self._compiled(plain, own), None, None)
         size = 2 * drives * drives + drives
         return _Kernels(
             self._compiled(plain, own),

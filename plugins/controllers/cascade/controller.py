@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -95,11 +95,14 @@ class Asked(NamedTuple):
     """Demand on the rotors.
 
     Args:
-        wrench: lift, and torque about the centre of gravity [N, N m], shape (B, 4).
+        wrench: lift, and torque about the centre of gravity [N, N m], shape (B, 4); of no meaning
+            where there are speeds.
         error: of the velocity, world axes [m/s], shape (B, 3).
         turn_error: of the attitude, body axes [rad], shape (B, 3).
         gains: at this submersion.
         kept: the memory with what is known already.
+        speeds: of the rotors that the reference asks for [rad/s], shape (B, n); None for those of
+            the wrench.
     """
 
     wrench: Array
@@ -107,6 +110,7 @@ class Asked(NamedTuple):
     turn_error: Array
     gains: Gains
     kept: CascadeState
+    speeds: Array | None = None
 
 
 @dataclass(kw_only=True)
@@ -121,6 +125,8 @@ class Cascade(CascadeSettings):
         J with s times the added inertia, h and c'' the joints' momentum and the acceleration of
         the centre of gravity in the body by their motion. The rotors' speeds follow by the
         allocation about the live centre of gravity.
+        A reference with body rates gives w_d and the lift, with k_R = k_I = 0; one with thrusts T
+        gives the speeds, sqrt(T / (gain k_T)), which follow with the rotors' own lag.
 
     Args:
         rate: calls a second [Hz]; the other fields are those of `CascadeSettings`.
@@ -140,6 +146,8 @@ class Cascade(CascadeSettings):
     References:
         Mellinger and Kumar 2011 (doi 10.1109/ICRA.2011.5980409); Lee, Leok, McClamroch 2010, CDC.
     """
+
+    inner: ClassVar[bool] = True
 
     def bind(self, plant: Plant) -> None:
         """Find allocation, added mass and rest pose of the robot.
@@ -173,6 +181,10 @@ class Cascade(CascadeSettings):
                 f"seals check robot={plant.robot.name}"
             )
         self._lag = Lag(layout.lag, layout.fall, like)
+        strongest = layout.thrust_coefficient * layout.limit**2
+        # of all rotors at once, along body z [N]; each one's largest speed in air [rad/s]
+        self._lift = as_like(np.full((1, 1), strongest @ layout.axis[:, 2]), like)
+        self._fastest = as_like(layout.limit[None], like)
         added = added_inertia(plant)
         self._added, self._added_turn = as_like(added[:3, :3], like), as_like(added[3:, 3:], like)
         self._drag = as_like(water_drag(plant)[None], like)
@@ -247,7 +259,7 @@ class Cascade(CascadeSettings):
         last = self._rest if memory.joints is None else memory.joints
         joints = joint_targets(aim, last, self._plant.robot)
         asked = self.asked(s, aim, joints, memory)
-        wanted, tilts = self._allocated(s, asked.wrench, memory.drive)
+        wanted, tilts = self._allocated(s, asked, memory.drive)
         order, kept = self.ordered(s, wanted, asked, memory)
         return order, tilts, kept
 
@@ -259,11 +271,11 @@ class Cascade(CascadeSettings):
         else:
             self._compiled = CompiledCascade(self, self._form(), compiled)
 
-    def command_law(self, period: float, memory: Any) -> CommandLaw | None:
+    def command_law(self, period: float, memory: Any, aim: Reference) -> CommandLaw | None:
         """Return its law where there is machine code, after the first call."""
         if self._compiled is None or not self.cog_compensation:
             return None
-        return self._compiled.law(period) if isinstance(memory, PackedState) else None
+        return self._compiled.law(period, aim) if isinstance(memory, PackedState) else None
 
     def _form(self) -> CascadeState:
         """Return a state after a call, of any numbers."""
@@ -295,6 +307,9 @@ class Cascade(CascadeSettings):
         if velocity is not None:
             velocity = velocity.next(s.velocity, s.step, self.smoothing)
             asked = asked + gains.rate * (aim.acceleration - velocity.rate)
+        kept = memory._replace(velocity=velocity, inner=inner, known=known, joints=joints)
+        if not (aim.rates is aim.thrusts is None):
+            return self._inside(s, aim, gains, kept)
         force = self._force(s, _shortened(asked, self.acceleration), aim.velocity)
         lean = lean_for(force, aim.yaw, tilt=gains.tilt, least=gains.least * (s.mass * self._g))
         turn_error, spin = attitude_error(s.rotation, lean), s.angular_velocity
@@ -305,16 +320,30 @@ class Cascade(CascadeSettings):
         want = want - gains.spin * spin - gains.turn_sum * gains.shape * memory.turn_sum
         lift = xp.sum(force * s.rotation[:, :, 2], axis=1, keepdims=True)
         wrench = xp.concat((lift, self._torque(s, want, inner)), axis=1)
-        kept = memory._replace(velocity=velocity, inner=inner, known=known, joints=joints)
         return Asked(wrench, error, turn_error, gains, kept)
+
+    def _inside(self, s: RobotState, aim: Reference, gains: Gains, kept: CascadeState) -> Asked:
+        """Return the demand of a reference that passes by the outer loops; nothing is summed up."""
+        xp, none = namespace(s.velocity), kept.sum * 0.0
+        if aim.thrusts is not None:
+            share = xp.maximum(aim.thrusts, aim.thrusts * 0.0)
+            speeds = self._fastest * xp.sqrt(share / s.gain)
+            within = xp.minimum(xp.maximum(speeds, s.low), s.limit)
+            return Asked(none, none, none, gains, kept, within)
+        rates: Any = aim.rates
+        want = gains.spin * (rates[:, 1:] - s.angular_velocity)
+        torque = self._torque(s, want, kept.inner)
+        wrench = xp.concat((self._lift * rates[:, :1], torque), axis=1)
+        return Asked(wrench, none, none, gains, kept)
 
     def ordered(
         self, s: RobotState, wanted: Array, asked: Asked, memory: CascadeState
     ) -> tuple[Array, CascadeState]:
         """Return commands for wanted rotor speeds, and the new memory; pure, as `asked`."""
         xp, gains = namespace(wanted), asked.gains
-        drive = xp.where(memory.fresh > 0.5, wanted, memory.drive)
-        order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
+        drive, order = xp.where(memory.fresh > 0.5, wanted, memory.drive), wanted
+        if asked.speeds is None:
+            order = self._lag.quickened(wanted, drive, self.quicker, (s.low, s.limit))
         total = summed(memory.sum, asked.error, s.step, gains.sum_limit)
         turn_total = summed(memory.turn_sum, asked.turn_error, s.step, gains.turn_sum_limit)
         # what the rotors cannot do is not summed up
@@ -326,8 +355,10 @@ class Cascade(CascadeSettings):
             fresh=memory.fresh * 0.0,
         )
 
-    def _allocated(self, s: RobotState, asked: Floats, drive: Floats) -> tuple[Floats, Floats]:
+    def _allocated(self, s: RobotState, asked: Asked, drive: Floats) -> tuple[Floats, Floats]:
         """Return commands of the rotors, and angles of the servos that tilt some of them."""
+        if asked.speeds is not None:
+            return asked.speeds, np.zeros((len(asked.speeds), len(self._tilted)))
         bounds = {"gain": s.gain, "limit": s.limit, "low": s.low}
         count = s.limit.shape[1]
         if self._tilted:
@@ -337,7 +368,7 @@ class Cascade(CascadeSettings):
             bite = np.maximum(pull / self._tilts.slope, LEAST_PULL)
             more = {"gain": bite, "limit": most, "low": -most}
             bounds = {key: np.concatenate((x, more[key]), axis=1) for key, x in bounds.items()}
-        found = self.allocation.commands(asked, s.centre, **bounds)
+        found = self.allocation.commands(asked.wrench, s.centre, **bounds)
         return found[:, :count], found[:, count:]
 
     def _unaware(self, s: RobotState) -> RobotState:
@@ -433,7 +464,9 @@ class CascadeBatch:
             return law.moving(s, aim, memory)[::2]
         state = CascadeState(*memory)
         asked = law.asked(s, aim, None, state)
-        wanted = law.allocation.commands(asked.wrench, gain=s.gain, limit=s.limit, low=s.low)
+        wanted = asked.speeds
+        if wanted is None:
+            wanted = law.allocation.commands(asked.wrench, gain=s.gain, limit=s.limit, low=s.low)
         order, kept = law.ordered(s, wanted, asked, state)
         return order, HeldState(*kept[: len(memory)])
 

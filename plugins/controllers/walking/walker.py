@@ -357,7 +357,7 @@ class Walker(ControllerOptions, ABC):
         *pace, places = kernels[step](np.array([manner]), *arrays)
         return Pace._make((*pace, memory.shift)), places
 
-    def command_law(self, period: float, memory: Pace) -> CommandLaw | None:
+    def command_law(self, period: float, memory: Pace, aim: Reference) -> CommandLaw | None:
         """Return its law, where no toe asks what the robot does."""
         if self._compiler is None or self._support is not None or self.catch > 0.0:
             return None

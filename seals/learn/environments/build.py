@@ -7,13 +7,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from seals.config.build import build
+from seals.control.plant import layout_of
+from seals.control.protocols import ControllerOptions
 from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
 from seals.learn.environments.batch import Environments
 from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.task import ActionMode
 from seals.learn.task_contract import require_task
+from seals.plugin_options import options_of
 from seals.registry import names
 from seals.robot.build import build_robot
+from seals.run.assembly import build_model
 from seals.run.build import build_run
 from seals.run.settings import RunSettings
 
@@ -44,7 +49,25 @@ def build_learning(config: Any) -> tuple[RunSettings, Any]:
         )
     task = build(config.task, where="task")
     task.bind(build_robot(settings.robot))
+    equip(task, settings)
     return settings, task
+
+
+def equip(task: Any, settings: RunSettings) -> None:
+    """Tell a task the number of the robot's rotors where its actions command these.
+
+    Raises:
+        ConfigError: the controller does not take such references.
+    """
+    if task.actions is ActionMode.velocity:
+        return
+    if not options_of(settings.controller, ControllerOptions).inner:
+        raise ConfigError(
+            f"task.actions={task.actions.name} passes by loops of the controller, and "
+            f"{type(settings.controller).__name__} takes velocities only.\n"
+            "Use task.actions=velocity, or a vehicle with rotors: controller=cascade"
+        )
+    task.equip(layout_of(*build_model(settings)).drives)
 
 
 def batched_of(

@@ -18,7 +18,7 @@ from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
 from seals.learn.environments.machine_twin import MachineLaw
 from seals.learn.environments.simulator import BatchSimulator
 from seals.learn.observations import picked
-from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of
+from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of, wanted_of
 from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
@@ -186,8 +186,7 @@ class TwinSimulator(BatchSimulator):
         return found
 
     def _fly(self, robots: Flight, now: Instant, action: Array) -> Flight:
-        velocity, yaw = self.task.command(action, now)
-        return self.twin.fly(robots, velocity, yaw, self._steps)
+        return self.twin.fly(robots, wanted_of(self.task, action, now), self._steps)
 
     def merged(self, fresh: Flight, robots: Flight, ended: Array) -> Flight:
         """Return fresh flights where ``ended`` (N,) is set, else the present ones."""

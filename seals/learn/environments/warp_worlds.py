@@ -378,7 +378,8 @@ class DivingWorlds(WarpWorlds):
             empty = position[:, :0]
             state = TwinState(position, self._diver.quaternion(), through, spin, empty, empty)
             order, control = self._pilot.commands(
-                state, self.worlds.time, self.memory[2], self._velocity, self._yaw
+                *(state, self.worlds.time, self.memory[2]),
+                {"velocity": self._velocity, "yaw": self._yaw},
             )
             self._diver.order.copy_(order)
             put(control, self.memory[2])

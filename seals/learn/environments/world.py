@@ -16,7 +16,15 @@ from seals.frames import quaternion_of_rpy
 from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
 from seals.learn.environments.facts import Facts
 from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.task import Draw, Instant, SeeingTask, Task, WorldTask, tool_of
+from seals.learn.task import (
+    Draw,
+    Instant,
+    SeeingTask,
+    Task,
+    WorldTask,
+    tool_of,
+    wanted_of,
+)
 from seals.pytree import mapped
 from seals.run.assembly import ROBOT, build_world
 from seals.run.settings import RunSettings
@@ -79,7 +87,7 @@ class FullWorld:
     def begin(self, draw: Draw, seed: int) -> None:
         """Begin an episode at the start of one draw; guides take the episode's seed."""
         self.world.seed = seed
-        self._guide.tell(self._aim(np.zeros(3), float(draw.yaw[0, 0])))
+        self._guide.tell(self._aim(velocity=np.zeros(3), yaw=float(draw.yaw[0, 0])))
         self.world.backend.restore(self._fresh)
         joints = self.task.posture
         rpy = np.array([[0.0, 0.0, draw.yaw[0, 0]]])
@@ -150,13 +158,15 @@ class FullWorld:
     def _wanted(self, action: Floats, now: Instant) -> Reference:
         """Convert an action of shape (1, a) to a reference; arms hold the posture by default."""
         if self._whole is None:
-            velocity, yaw = self.task.command(action, now)
-            return self._aim(velocity[0], float(yaw[0, 0]))
+            wanted: Any = {n: x[0] for n, x in wanted_of(self.task, action, now).items()}
+            if "yaw" in wanted:
+                wanted["yaw"] = wanted["yaw"].item()
+            return self._aim(**wanted)
         aim = self._whole.aim(action, now)
         return aim._replace(joints={**self._arms, **aim.joints}, grip={**self._grip, **aim.grip})
 
-    def _aim(self, velocity: Floats, yaw: float) -> Reference:
-        return Reference(velocity=velocity, yaw=yaw, joints=self._arms, grip=self._grip)
+    def _aim(self, **wanted: Any) -> Reference:
+        return Reference(joints=self._arms, grip=self._grip, **wanted)
 
     def instant(self, action: Floats, start: Floats) -> Instant:
         """Return the present facts, arrays of one row."""
