@@ -154,6 +154,7 @@ _MESSAGE, _BAG, _CHUNK, _CONNECTION = 2, 3, 5, 7
 _MOST_HEADER = 1 << 16
 _MOST_RECORD = 1 << 26
 _MOST_CONNECTIONS = 4096
+_MOST_EMPTY = 4096
 _ENCODING = "ros1"
 
 
@@ -246,7 +247,11 @@ def _connect(header: dict[str, bytes], data: bytes, state: _State) -> None:
 
 
 def _records(stream: BinaryIO, left: int) -> Iterator[tuple[dict[str, bytes], bytes]]:
-    """Yield header and data of each record that is whole."""
+    """Yield header and data of each record that is whole.
+
+    Records of nothing are padding, as some recorders write before the index.
+    """
+    empty = 0
     while left >= 8:
         parts = []
         for most in (_MOST_HEADER, _MOST_RECORD):
@@ -259,6 +264,9 @@ def _records(stream: BinaryIO, left: int) -> Iterator[tuple[dict[str, bytes], by
                 raise ValueError(f"a record declares {size:,} bytes; the limit is {most:,}")
             parts.append(stream.read(size))
             left -= size
+        if empty < _MOST_EMPTY and not any(parts):
+            empty += 1
+            continue
         yield _fields(parts[0]), parts[1]
 
 

@@ -106,6 +106,21 @@ def test_known_types_are_read(packing: str, tmp_path: Path) -> None:
     assert log.meta["recording"]["start"] == START
 
 
+@pytest.mark.parametrize(("records", "fine"), [(1, True), (10_000, False)])
+def test_records_of_nothing_are_padding(records: int, fine: bool, tmp_path: Path) -> None:
+    """Some recorders leave a few before the index; a file full of them is no bag."""
+    file = _bag(tmp_path)
+    raw = file.read_bytes()
+    # the connections of the index stand behind the last chunk's messages
+    place = raw.rindex(b"op=\x04") - 8
+    file.write_bytes(raw[:place] + bytes(8 * records))
+    if fine:
+        assert _read(file).rows == COUNT
+    else:
+        with pytest.raises(LogError, match="does not state its type"):
+            _read(file)
+
+
 def test_other_fields_are_mapped(tmp_path: Path) -> None:
     """A number without a stamp has its time of recording."""
     names = {"/tank/level/data": "depth"}
