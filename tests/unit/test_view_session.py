@@ -148,7 +148,7 @@ Words = Callable[[Path], list[str]]
             lambda run: [f"run={run}", "sliders=[a:0:1]"],
             "a is not a numeric setting",
         ),
-        (lambda run: [], "robot is not given"),
+        (lambda run: [], "no run is given"),
         (lambda run: ["viewer@show=tiny"], "cannot show live runs"),
     ],
 )
