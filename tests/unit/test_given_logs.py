@@ -162,3 +162,14 @@ def test_only_the_logs_that_were_diagnosed_are_added() -> None:
         _refuse_other_logs(diagnosed, {"/a": "1"})
     with pytest.raises(ConfigError, match="log=/c is not the log that was diagnosed"):
         _refuse_other_logs(diagnosed, {"/a": "1", "/c": "3"})
+
+
+def test_a_robot_without_a_data_sheet_leads_to_one(tmp_path: Path) -> None:
+    """A converted log has no metadata of its own, and the shipped Crazyflie no data sheet."""
+    given = read_native(find_log("hidden_effect/flight_a"))
+    place = tmp_path / "flight"
+    write_native(replace(given, name="flight", meta={}), place)
+    config = compose([override("log", str(place)), "robot=crazyflie"], root="diagnose")
+    with pytest.raises(ConfigError, match=r"no data sheet.*\n.*seals new datasheet") as refusal:
+        given_logs(config).read()
+    assert len(str(refusal.value).splitlines()) == 2

@@ -246,6 +246,13 @@ def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
     refuse_if_bad(log)
     if config.robot.folder:
         log = replace(log, meta={**datasheet_of(config.robot.folder), **log.meta})
+        if sheet and "environment" not in log.meta:
+            raise ConfigError(
+                f"robot={robot_name(config)} has no data sheet, and log '{log.name}' does not say "
+                "in what environment it was recorded.\nWrite one into a robot folder of yours "
+                f"(seals new robot NAME urdf=FILE): seals new datasheet log={log_name(place)} "
+                "robot=FOLDER"
+            )
     if sheet:
         _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
     return log
