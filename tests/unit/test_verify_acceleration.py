@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from seals.cli.main import main
 from seals.config.compose import compose
 from seals.logs import Log
 from seals.sysid.data.trajectory import Trajectory
@@ -32,6 +33,18 @@ def replayed(rows: Any, force: Any) -> Any:
     """A variant whose simulator felt some force."""
     reading = np.concatenate([np.zeros((*rows.shape, 3)), force[rows]], axis=2)
     return SimpleNamespace(track=SimpleNamespace(rows=rows, reading=reading))
+
+
+def test_without_a_model_the_command_that_writes_one_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a folder where nothing was added yet."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["verify", "log=hidden_effect/flight_b"]) == 2
+    assert capsys.readouterr().err.splitlines() == [
+        "ConfigError: model is not given.",
+        "Write one from a diagnosis: seals add diagnosis=FOLDER name=NAME",
+    ]
 
 
 def test_the_axis_with_the_largest_residual_is_drawn_before_and_after(tmp_path: Path) -> None:

@@ -137,7 +137,9 @@ def verify(config: Any) -> int:
     refuse_absent(config.log, "log", "seals verify log=FOLDER model=MY_MODEL")
     if config.model is None:
         names = overlay_names()
-        raise ConfigError(f"model is not given.\n{suggestion('', names, label='In models/')}")
+        first = "Write one from a diagnosis: seals add diagnosis=FOLDER name=NAME"
+        known = suggestion("", names, label="In models/") if names else first
+        raise ConfigError(f"model is not given.\n{known}")
     raw: Any = OmegaConf.to_container(config.model)
     overlay = read_overlay(raw)
     overlay.refuse_withdrawn(force=bool(config.force))
