@@ -138,8 +138,8 @@ def verify(config: Any) -> int:
     if config.model is None:
         names = overlay_names()
         first = "Write one from a diagnosis: seals add diagnosis=FOLDER name=NAME"
-        known = suggestion("", names, label="In models/") if names else first
-        raise ConfigError(f"model is not given.\n{known}")
+        hint = suggestion("", names, label="In models/") if names else first
+        raise ConfigError(f"model is not given.\n{hint}")
     raw: Any = OmegaConf.to_container(config.model)
     overlay = read_overlay(raw)
     overlay.refuse_withdrawn(force=bool(config.force))
