@@ -142,7 +142,7 @@ def test_a_bag_unpacks_to_so_many_times_its_size(tmp_path: Path) -> None:
 def test_zeros_are_no_records(tmp_path: Path) -> None:
     """A record says what it is: sixty megabytes of zeros would be eight million of them."""
     file = tmp_path / "a.bag"
-    file.write_bytes(recording.MAGIC + bytes(1000))
+    file.write_bytes(recording.MAGIC + bytes(1 << 20))
     with pytest.raises(LogError, match="does not state its type"):
         ReaderRosbag1().read(file)
 
