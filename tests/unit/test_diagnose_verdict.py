@@ -242,6 +242,43 @@ def test_no_name_without_an_error_that_falls(monkeypatch: pytest.MonkeyPatch) ->
     assert answer(monkeypatch, off, names=["wind"], stated=1.1).verdict is Verdict.named
 
 
+@pytest.mark.parametrize(
+    ("effects", "stated", "fitted", "after", "falls"),
+    [
+        (1, 1.0, 0.99, 0.985, True),
+        (2, 1.0, 0.99, 0.985, False),
+        (2, 1.0, 0.99, 0.975, True),
+        # a wrong number that is named had been taken over by the fit
+        (1, 50.0, 1.0, 1.001, True),
+        # much is left, and the fitted numbers predict better
+        (1, 1.37, 1.33, 1.34, False),
+        (1, 1.37, 1.34, 1.33, True),
+    ],
+)
+def test_each_effect_lowers_the_error(
+    effects: int,
+    stated: float,
+    fitted: float,
+    after: float,
+    falls: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Two effects need twice the fall; where much is left, the fitted numbers count as well."""
+    base = moved([0.1])
+    candidates = base.fitter.candidate_set.candidates[:effects]
+    found: Any = SimpleNamespace(best=replace(base, candidates=candidates), nominal=base)
+    misfits = {effects: after, 0: fitted}
+    monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: stated)
+    monkeypatch.setattr(evidence, "held_out_misfit", lambda h: misfits[len(h.candidates)])
+    assert evidence._falls(found) is falls
+
+
+def test_no_tolerance_is_taken_for_less_than_half() -> None:
+    """A number within 1.7 tolerances is not wrong, however well the others keep theirs."""
+    assert names(moved([0.01] * 25 + [1.7])) == []
+    assert names(moved([0.01] * 25 + [1.95])) == ["number_25.value"]
+
+
 def test_a_flow_that_lowers_no_error_is_not_steady(monkeypatch: pytest.MonkeyPatch) -> None:
     """It lowers one channel to a tenth, and the misfit, beside gusts, by 0.9 %."""
     monkeypatch.setattr(evidence, "weak_flows", lambda *given: [])

@@ -149,8 +149,8 @@ class DecisionPolicy:
     plain_form: float = threshold(
         1.1,
         "1",
-        "misfit per degree of freedom up to which the usual form of a law is kept, whatever a form "
-        "with more numbers gains",
+        "misfit per degree of freedom up to which little is left: the usual form of a law is kept, "
+        "whatever a form with more numbers gains; above it a name lowers the fitted error, too",
     )
     data_sheet_kept: float = threshold(
         3.0,
