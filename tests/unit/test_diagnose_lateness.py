@@ -88,7 +88,10 @@ def test_a_shift_follows_an_oscillation_between_the_rows(late: float) -> None:
 
 
 def test_a_number_that_late_sensors_had_moved_is_right() -> None:
-    """Held, and nothing named changes or adds to it: right. Else, or not held: still wrong."""
+    """Held, and nothing named changes or adds to it: right. Else, or not held: still wrong.
+
+    So is one that only the second answer finds far off.
+    """
     keys = ("lag.t", "mass.mass", "drag.c", "table.a")
     moved = [MovedNumber(key=key, change=0.01, sigmas=5.0, unknown=0.1) for key in keys]
     first: Any = SimpleNamespace(stated_wrong=tuple(moved))
@@ -100,9 +103,11 @@ def test_a_number_that_late_sensors_had_moved_is_right() -> None:
     problem: Any = SimpleNamespace(
         plant=SimpleNamespace(candidate_set=SimpleNamespace(effects=effects))
     )
-    second: Any = SimpleNamespace(claims=[SimpleNamespace(candidate=c) for c in named])
+    hidden = MovedNumber(key="thrust.k", change=-0.1, sigmas=-6.0, unknown=0.1)
+    claims = [SimpleNamespace(candidate=c) for c in named]
+    second: Any = SimpleNamespace(claims=claims, stated_wrong=(hidden, moved[3]))
     left = still_wrong(problem, first, second, ["lag.t", "mass.mass", "drag.c"])
-    assert [m.key for m in left] == ["mass.mass", "drag.c", "table.a"]
+    assert [m.key for m in left] == ["thrust.k", "table.a", "mass.mass", "drag.c"]
 
 
 def test_a_moved_number_is_held_beside_waves_that_are_no_effect() -> None:

@@ -12,6 +12,7 @@ import pytest
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
 from seals.sysid.predictors.linear_screen import candidate_keys
+from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
 from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores import self_check as module
@@ -109,3 +110,29 @@ def test_tolerances_that_run_away_do_not_spoil_a_repeated_fit(
     found = refit_about_own_values(problem, wind, wind)
     assert set(found.fitter.at) == set(keys)
     assert found.fit.cost == pytest.approx(wind.fit.cost, rel=0.01)
+
+
+def test_a_second_round_that_overshoots_is_not_kept(
+    fitted: tuple[Problem, EvidenceHypothesis], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the fits about own values the better one stays, whichever round it is from."""
+    problem, wind = fitted
+    own, rounds = relinearised.linearise_model, list[Fitter]()
+
+    def worse_and_worse(*given: Any, **more: Any) -> Fitter:
+        fitter = own(*given, **more)
+        fit, late = fitter.fit, 50.0 * (1 + len(rounds))
+        rounds.append(fitter)
+
+        def farther(*keys: Any, **start: Any) -> Fit:
+            found = fit(*keys, **start)
+            return replace(found, cost=found.cost + late)
+
+        monkeypatch.setattr(fitter, "fit", farther)
+        return fitter
+
+    monkeypatch.setattr(relinearised, "linearise_model", worse_and_worse)
+    stated = replace(wind, candidates=(), fit=problem.fitter.fit(()), fitter=problem.fitter)
+    found = refit_about_own_values(problem, stated, wind)
+    assert len(rounds) == 2
+    assert found.fitter is rounds[0]

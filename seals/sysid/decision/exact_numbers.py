@@ -98,10 +98,11 @@ def explains_as_well(
 def still_wrong(
     problem: Problem, first: EvidenceAnswer, second: EvidenceAnswer, held: Iterable[str]
 ) -> tuple[MovedNumber, ...]:
-    """Return the numbers that remain wrong after a second answer that explains as much.
+    """Return the numbers that are wrong by a second answer that explains as much.
 
     A number that was held and whose own effect is not named is right: another effect did what
-    had moved it, such as late sensors a delay of the commands.
+    had moved it, such as late sensors a delay of the commands. One that lies too far off beside
+    the named effects is wrong as well: only what the first answer left unexplained had hidden it.
 
     Args:
         problem: of the log.
@@ -113,4 +114,7 @@ def still_wrong(
     named = [claim.candidate for claim in second.claims]
     mine = {key for candidate in named for key in candidate.all_keys}
     right = {key for key in set(held) - mine if not _added_to(key, named, known)}
-    return tuple(m for m in first.stated_wrong if m.key not in right)
+    wrong = {m.key: m for m in (*second.stated_wrong, *first.stated_wrong)}
+    return tuple(
+        sorted((m for k, m in wrong.items() if k not in right), key=lambda m: -abs(m.sigmas))
+    )

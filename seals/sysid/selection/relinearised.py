@@ -98,6 +98,7 @@ def refit_about_own_values(
 
     def repeated(moving: Sequence[str]) -> tuple[Fit, Fitter]:
         fit, fitter = hypothesis.fit, hypothesis.fitter
+        tried = []
         for _ in range(_ROUNDS):
             at = {**fitter.at, **{k: fit.values[k] for k in moving if k not in kept}}
             if followed:
@@ -106,9 +107,11 @@ def refit_about_own_values(
                 level = fitter.windows.gusts
                 fitter = linearise_model(fitter.plant, fitter.trajectory, at, gusts=level)
             before, fit = fit, fitter.fit(keys, start=fit.values)
+            tried.append((fit, fitter))
             if abs(before.cost - fit.cost) < SETTLED:
                 break
-        return fit, fitter
+        # a step from a good place can overshoot where a response has a kink, as one to a delay has
+        return min(tried, key=lambda one: one[0].cost)
 
     fit, fitter = repeated(hypothesis.fit.keys)
     alone = len(hypothesis.candidates) == 1
