@@ -36,6 +36,9 @@ CLASS_GROUPS = tuple(kind for kind in registry.GROUPS if kind not in registry.FO
 MODEL = "model"
 """Hydra group of the models that diagnoses made: ``models/NAME.yaml`` is ``model=NAME``."""
 
+SURROUNDING = ("effects", "gravity", "gravity")
+"""Effect that the folder of a robot as it was used states; every run chooses it itself."""
+
 OWN = "of."
 """In front of a robot's name: the controller that its ``robot.yaml`` chooses, with its values."""
 
@@ -201,7 +204,7 @@ def _robot_option(name: str) -> Container:
                 # the root names the group already, with nothing chosen; the values come with the
                 # option, so that they go when another controller is chosen
                 overrides.append({"override /controller": f"{OWN}{name}"})
-            else:
+            elif (section, part, plugin) != SURROUNDING:
                 defaults.append({f"/{PARTS.get(section, section)}@{section}.{part}": plugin})
                 body.setdefault(section, {})[part] = values
     settings = found.settings

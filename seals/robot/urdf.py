@@ -64,7 +64,12 @@ def _refuse_bad_meshes(path: Path, robot: Any) -> None:
                     if p.suffix.lower() in _ENDINGS
                 ]
                 advice = suggestion(name, found, label="Meshes there")
-                if "://" in name:
+                if (folder.parent / "meta.yaml").is_file():
+                    advice = (
+                        "A log keeps its robot without meshes that only show it: "
+                        "give the folder or name of the robot itself."
+                    )
+                elif "://" in name:
                     advice += "\nTo copy it from its package: seals new robot NAME urdf=FILE"
                 raise RobotError(f"{where} does not exist.\n{advice}")
             _refuse_huge_mesh(where, target)

@@ -46,6 +46,16 @@ def test_gravity_is_always_there_and_water_brings_buoyancy(pebble: Path) -> None
     assert wet.environment.water_level == 0.0
 
 
+def test_gravity_that_a_robot_states_besides_is_that_of_the_run(pebble: Path) -> None:
+    """The folder of a robot in a log lists every effect that it was simulated with."""
+    sheet = pebble / "robot.yaml"
+    text = sheet.read_text(encoding="utf-8")
+    assert "effects:\n" in text
+    text = text.replace("effects:\n", "effects:\n  gravity: {effect: gravity}\n")
+    sheet.write_text(text, encoding="utf-8")
+    assert list(run_settings([f"robot={pebble}"]).effects).count("gravity") == 1
+
+
 def test_missing_effect_is_one_override(pebble: Path) -> None:
     """A second drag is added by one override and has its own parameters."""
     added = ["+effect@effects.second=quadratic_drag", "effects.second.coefficient_z=2"]

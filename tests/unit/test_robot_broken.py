@@ -225,6 +225,18 @@ def test_urdf_that_is_a_folder(
     assert "broken.urdf" in err
 
 
+def test_the_robot_of_a_log_has_no_meshes_that_only_show_it(
+    make: Callable[[bytes], Path], capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A run with such a folder is led to the robot itself."""
+    folder = make(mesh("hull.stl"))
+    (folder.parent / "meta.yaml").write_text("format: log\n", encoding="utf-8")
+    assert main(["run", f"robot={folder}"]) == 2
+    err = capfd.readouterr().err
+    assert "'hull.stl' does not exist" in err
+    assert "give the folder or name of the robot itself" in err
+
+
 def test_hull_mesh_outside_the_folder(
     make: Callable[[bytes], Path], capfd: pytest.CaptureFixture[str]
 ) -> None:
