@@ -62,8 +62,8 @@ _LEAST = {"position": 0.005, "orientation": 0.005, "velocity": 0.02}
 _FILTERED = 0.3
 """Noise, as a share of that error, from which a pose is not smoothed."""
 _ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage")
-_GUST = 0.02
-"""Gusts over mass where the flight does not tell them [m/s^2]: still air indoors."""
+_GUST = {"air": 0.02, "water": 0.005}
+"""Gusts over mass where the flight does not tell them [m/s^2]: still air indoors, still water."""
 _LEVER = 0.011
 """Torque of gusts over their force [m]."""
 
@@ -114,7 +114,8 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     wet = log.has("depth")
     for name, (sigma, meaning, why) in _tolerances(facts, vehicle, wet).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
-    yield from _disturbance(facts, mass, "water" if wet else "air")
+    dived = wet and not bool((log.columns["depth"] <= 0.0).any())
+    yield from _disturbance(facts, mass, "water" if dived else "air")
     yield from _motors(log)
 
 
@@ -158,7 +159,7 @@ def _tolerances(facts: FlightFacts, vehicle: Mapping[str, Any], wet: bool) -> di
 
 def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
     gust = facts.gust
-    level = max(gust.value, 0.005) if gust is not None else _GUST
+    level = max(gust.value, 0.005) if gust is not None else _GUST[medium]
     yield "disturbance:"
     yield f"  force_sigma: {_figure(level * mass)}  # " + (
         f"measured: {gust.how}" if gust is not None else f"assumed: still {medium}"

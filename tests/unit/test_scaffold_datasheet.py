@@ -162,6 +162,19 @@ def test_a_dive_has_the_tolerances_of_a_hull(tmp_path: Path) -> None:
     assert "added_mass" in told[-1]
 
 
+def test_water_that_a_flight_does_not_tell_of_is_stiller_than_air(tmp_path: Path) -> None:
+    """Gusts assumed where none are hide a tether; a robot that comes out of the water meets air."""
+    columns = {k: v for k, v in _flight().columns.items() if not k.startswith("specific_force")}
+    stated = []
+    for depth in (None, np.full(ROWS, 2.0), np.linspace(-0.5, 2.0, ROWS)):
+        log = Log(name="f", columns=columns if depth is None else {**columns, "depth": depth})
+        place = tmp_path / f"{len(stated)}.yaml"
+        write_datasheet(log, VEHICLE, place, replace=False)
+        stated.append(yaml.safe_load(place.read_text())["disturbance"]["force_sigma"])
+    mass = VEHICLE["mass"]
+    assert stated == pytest.approx([0.02 * mass, 0.005 * mass, 0.02 * mass], rel=0.01)
+
+
 def test_a_large_bias_at_rest_is_no_tolerance(tmp_path: Path) -> None:
     """The fault that a flight shows at rest is left to the diagnosis."""
     columns = {k: v.copy() for k, v in _flight().columns.items()}
