@@ -70,7 +70,9 @@ def calm(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: nominal.misfit)
     monkeypatch.setattr(evidence, "held_out_misfit", lambda best: best.misfit)
     monkeypatch.setattr(evidence, "holds_zero", lambda claim: False)
-    monkeypatch.setattr(evidence, "expected_gains", lambda base: dict.fromkeys(NAMES, 1e3))
+    monkeypatch.setattr(
+        evidence, "expected_gains", lambda base, more=1.0: dict.fromkeys(NAMES, 1e3)
+    )
 
 
 def answer(

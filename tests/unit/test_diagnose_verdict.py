@@ -136,12 +136,17 @@ def answer(
     simulated_step: float | None = None,
     gains: Mapping[str, float] = MappingProxyType({"wind": 1e3}),
     flow: bool = False,
+    covered: Sequence[str] = (),
 ) -> EvidenceAnswer:
     """Decide on a model with some effects of one size."""
     calm = DisturbanceLevel(level=1.0, gain=0.0, allowance=0.0, between=1.0)
     monkeypatch.setattr(evidence, "disturbance_level", lambda best: calm)
     monkeypatch.setattr(evidence, "self_check", lambda best: None)
-    monkeypatch.setattr(evidence, "expected_gains", lambda base: gains)
+
+    def expected(base: Any, *, more: float = 1.0) -> dict[str, float]:
+        return {k: v if k in covered else more * v for k, v in gains.items()}
+
+    monkeypatch.setattr(evidence, "expected_gains", expected)
     monkeypatch.setattr(evidence, "channel_errors", lambda *given: errors)
     monkeypatch.setattr(evidence, "stated_misfit", lambda nominal: stated)
     monkeypatch.setattr(evidence, "held_out_misfit", lambda best: 1.0)
@@ -198,6 +203,17 @@ def test_few_effects_that_a_log_could_not_show_hinder_no_verdict(
     said = answer(monkeypatch, channel(1.1, 1.0, 1.0), gains=motions)
     assert said.verdict.value == verdict
     assert "inertia" in said.blind
+
+
+def test_what_a_stated_tolerance_covers_hinders_no_verdict(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a vehicle whose drag is stated within 30 %, a smaller drag is shown by no motion."""
+    motions = dict(zip(MOTIONS, (4.0, 4.0, 80.0, 3.0), strict=True))
+    drags = MOTIONS[:2]
+    said = answer(monkeypatch, channel(1.1, 1.0, 1.0), gains=motions, covered=drags)
+    assert said.verdict is Verdict.nothing_missing
+    assert said.blind == ("inertia",)
 
 
 def test_a_moved_number_is_told_and_never_nothing_missing(monkeypatch: pytest.MonkeyPatch) -> None:

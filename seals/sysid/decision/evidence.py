@@ -347,6 +347,10 @@ def _quiet(
     asked = sorted((rank, n) for n, rank in ranks.items() if rank is not None and n in names)
     # what acts in the other medium alone is nothing that this log could show
     unseen = [n for _, n in asked if policy.absent < names[n] < policy.excitation]
+    if unseen:
+        # nor is what its stated twin may be within a tolerance: no motion tells them apart
+        endless = best_gains(expected_gains(nominal, more=policy.endless))
+        unseen = [n for n in unseen if endless[n] >= policy.excitation]
     # most of what needs motion was seen: the few that were not are told beside the verdict
     still = bool(blind) or len(unseen) >= policy.unseen * len(asked) > 0.0
     blind = list(dict.fromkeys((*blind, *unseen)))

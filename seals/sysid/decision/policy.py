@@ -234,6 +234,12 @@ class DecisionPolicy:
     absent: float = threshold(
         1e-6, EVIDENCE, "expected gain below which an effect cannot act where the log was made"
     )
+    endless: float = threshold(
+        1e4,
+        "1",
+        "times the readings of a log that stand for any number of them: what stays hidden then is "
+        "within a stated tolerance",
+    )
     certain: float = threshold(
         30.0, EVIDENCE, "evidence from which a name stands however little the log was excited"
     )

@@ -13,8 +13,13 @@ from seals.sysid.predictors.windows_fit import Fitter
 from seals.sysid.scores.laplace_evidence import EvidenceHypothesis
 
 
-def expected_gains(base: EvidenceHypothesis) -> Mapping[str, float]:
+def expected_gains(base: EvidenceHypothesis, *, more: float = 1.0) -> Mapping[str, float]:
     """Predict the decrease of the misfit by each candidate at its plausible size.
+
+    Args:
+        base: model that they would extend.
+        more: times the readings of the log. However many there are, an effect stays hidden that
+            is smaller than a stated tolerance which does the same, such as a second linear drag.
 
     Returns:
         Gain by label of the candidate; the best of its directions counts.
@@ -24,7 +29,7 @@ def expected_gains(base: EvidenceHypothesis) -> Mapping[str, float]:
     candidates = [c for c in candidate_set.candidates if not c.identification.guessed]
     about = fitter.start(base.fit.free)
     table = screen(fitter, about, candidate_keys(candidates))
-    total = table.normal.sum(axis=0)
+    total = more * table.normal.sum(axis=0)
     return {c.label: _gain(fitter, total, table.keys, c) for c in candidates}
 
 
