@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
-from benchmarks.other_simulators import multirotors, underwater
+from benchmarks.other_simulators import crazyflies, multirotors, underwater
 from benchmarks.other_simulators.flight_sets import Noise, measured, turned_by
-from benchmarks.other_simulators.score_set import sort_of
+from benchmarks.other_simulators.score_set import WORDS, sort_of
+from seals import registry
 
 SILENT = Noise(position=0.0, attitude=0.0, rate=0.0, force=0.0)
 
@@ -97,6 +100,31 @@ def test_hanging_load_pulls_with_its_weight() -> None:
     force, change = load.pull(load.start(at), at, np.zeros(3))
     assert force == pytest.approx([0.0, 0.0, -0.981])
     assert change == pytest.approx(np.zeros(6), abs=1e-12)
+
+
+@pytest.mark.parametrize("module", [multirotors, underwater, crazyflies])
+def test_answers_of_a_set_are_names_that_a_diagnosis_can_give(module: Any) -> None:
+    """A word that no answer holds would count every one as wrong."""
+    path = Path(module.__file__).with_suffix(".yaml")
+    known = {*WORDS, *registry.names("effect")}
+    cases = yaml.safe_load(path.read_text(encoding="utf-8"))["cases"]
+    words = {w for case in cases.values() for a in case["answers"] for w in a.split("+")}
+    assert words <= known
+
+
+def test_a_level_crazyflie_is_asked_for_its_weight_and_no_torque() -> None:
+    """At rest where it should be; a tilt is answered by the rotors of the lower side."""
+    sheet = {"mass": 0.03, "J": np.diag([1.7e-5, 1.7e-5, 3e-5]), "thrust": 2e-10, "torque": 1.5e-12}
+    sheet |= {"spin": np.array([-1.0, 1.0, -1.0, 1.0])}
+    sheet["arms"] = 0.03 * np.array([[1.0, -1.0], [-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]])
+    wanted = (np.zeros(3), np.zeros(3), np.zeros(3), 0.0, 0.0)
+    state = np.zeros(17)
+    state[6] = 1.0
+    speed = crazyflies.commanded(sheet, state, wanted, np.zeros(3))
+    assert 2e-10 * speed**2 == pytest.approx(np.full(4, 0.03 * 9.81 / 4.0))
+    state[3], state[6] = np.sin(0.05), np.cos(0.05)
+    rolled = crazyflies.commanded(sheet, state, wanted, np.zeros(3))
+    assert (rolled[:2] > rolled[2:]).all()
 
 
 def answer(verdict: str, *names: str, **more: Any) -> dict[str, Any]:
