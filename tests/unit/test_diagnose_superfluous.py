@@ -276,8 +276,8 @@ def test_an_effect_for_a_time_that_brings_too_little_hides_no_constant_one(
     monkeypatch.setattr(window_models, "retimed", lambda problem, nominal, best, **more: best)
     level = SimpleNamespace(allowance=0.0)
     monkeypatch.setattr(window_models, "disturbance_level", lambda best: level)
-    assert made._accepted(base, [timed, both[1]]) is both[1]
-    assert made._accepted(base, [timed]) is None
+    assert made._accepted(base, [timed, both[1]])[0] is both[1]
+    assert made._accepted(base, [timed])[0] is None
 
 
 def test_errors_below_the_stated_noise_prove_no_effect(monkeypatch: pytest.MonkeyPatch) -> None:

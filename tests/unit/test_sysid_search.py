@@ -50,9 +50,11 @@ class Table:
         """Nothing is left of a model with enough."""
         return base.score >= self.enough
 
-    def accepted(self, base: Scored, tried: Sequence[Scored]) -> Scored | None:
+    def accepted(
+        self, base: Scored, tried: Sequence[Scored]
+    ) -> tuple[Scored | None, Sequence[Scored]]:
         """Ask for a gain of one."""
-        return next((h for h in tried if h.score >= base.score + ASKED), None)
+        return next((h for h in tried if h.score >= base.score + ASKED), None), tried
 
     def refined(
         self, best: Scored, singles: Sequence[Scored], step: Refinement

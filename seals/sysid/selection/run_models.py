@@ -56,10 +56,10 @@ class _RunModels:
 
     def accepted(
         self, base: ValidatedHypothesis, tried: Sequence[ValidatedHypothesis]
-    ) -> ValidatedHypothesis | None:
+    ) -> tuple[ValidatedHypothesis | None, Sequence[ValidatedHypothesis]]:
         """Return the best model that is significantly better than the base on held-out runs."""
         better = (h for h in ranked(tried) if self.validator.margin(h, base).significant)
-        return next(better, None)
+        return next(better, None), tried
 
     def refined(
         self, best: ValidatedHypothesis, singles: Sequence[ValidatedHypothesis], step: Refinement
@@ -67,7 +67,7 @@ class _RunModels:
         """Try pairs, or drop effects where the smaller model is not significantly worse."""
         if step is not Refinement.backward:
             pairs = ranked(self.validator.fitted(self._pairs(best, singles)))
-            return self.accepted(best, pairs) or best, pairs
+            return self.accepted(best, pairs)[0] or best, pairs
         if len(best.candidates) < 2:
             return best, ()
         fewer = self._reduced(best)

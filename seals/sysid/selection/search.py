@@ -75,8 +75,11 @@ class ModelFamily(Protocol[H]):
         """Return true if a model leaves nothing for a further effect to explain."""
         ...
 
-    def accepted(self, base: H, tried: Sequence[H]) -> H | None:
-        """Return the extension that is significantly better than ``base``; None without one."""
+    def accepted(self, base: H, tried: Sequence[H]) -> tuple[H | None, Sequence[H]]:
+        """Return the extension that is significantly better than ``base``; None without one.
+
+        And all extensions as they then stand, best first: rivals may be fitted further.
+        """
         ...
 
     def refined(self, best: H, singles: Sequence[H], step: Refinement) -> tuple[H, Sequence[H]]:
@@ -132,7 +135,8 @@ def search(
         tell(len(rounds))
         # the first round may move the trajectory on which the stated model stands, too
         best = best if best.candidates else family.nominal
-        chosen = family.accepted(best, rounds[-1])
+        chosen, stand = family.accepted(best, rounds[-1])
+        rounds[-1] = tuple(stand)
         if chosen is None:
             if stages.alone is None or len(best.candidates) != 1:
                 break
@@ -152,7 +156,7 @@ def search(
         dropped = {c.label for c in before.candidates} - {c.label for c in best.candidates}
         rounds.append(tuple(family.extended(best, rounds[0])))
         left = [h for h in rounds[-1] if h.candidates[-1].label not in dropped]
-        chosen = family.accepted(best, left)
+        chosen, _ = family.accepted(best, left)
         if chosen is not None:
             best = chosen
             for step in stages.last:

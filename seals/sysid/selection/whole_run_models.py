@@ -74,14 +74,14 @@ class WholeRunModels:
 
     def accepted(
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
-    ) -> EvidenceHypothesis | None:
+    ) -> tuple[EvidenceHypothesis | None, Sequence[EvidenceHypothesis]]:
         """Return the best model where its evidence is strong enough."""
         real = [h for h in tried if is_significant(h.candidates[-1], h.fit, self.candidate_set)]
         if not real or real[0].score < self._asked:
-            return None
+            return None, tried
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(real[0]).allowance
-        return real[0] if real[0].score - calm > self._asked else None
+        return real[0] if real[0].score - calm > self._asked else None, tried
 
     def refined(
         self, best: EvidenceHypothesis, singles: Sequence[EvidenceHypothesis], step: Refinement

@@ -89,18 +89,22 @@ class WindowModels:
 
     def accepted(
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
-    ) -> EvidenceHypothesis | None:
-        """Return the best extension where its evidence is strong enough."""
-        chosen = self._accepted(base, tried)
-        self._release(chosen or base, (base, *tried))
-        return chosen
+    ) -> tuple[EvidenceHypothesis | None, Sequence[EvidenceHypothesis]]:
+        """Return the best extension where its evidence is strong enough, and where all then stand.
+
+        Those near the best are fitted until they have settled, as that is.
+        """
+        chosen, further = self._accepted(base, tried)
+        stand = sorted((further.get(id(h), h) for h in tried), key=lambda h: -h.score)
+        self._release(chosen or base, (base, *tried, *further.values()))
+        return chosen, stand
 
     def _accepted(
         self, base: EvidenceHypothesis, tried: Sequence[EvidenceHypothesis]
-    ) -> EvidenceHypothesis | None:
+    ) -> tuple[EvidenceHypothesis | None, dict[int, EvidenceHypothesis]]:
         candidate_set, policy = self.problem.plant.candidate_set, self.problem.policy
         if self.settled(base):
-            return None
+            return None, {}
         tried = [h for h in tried if is_significant(h.candidates[-1], h.fit, candidate_set)]
         tried = [h for h in tried if not ends_with_start(self.problem, h)]
         if self.problem.vehicle.servo:
@@ -110,19 +114,20 @@ class WindowModels:
         least = {h.label: base.score + self._required(base, h.candidates[-1]) for h in tried}
         best = next((h for h in tried if h.score >= least[h.label]), None)
         if best is None:
-            return None
+            return None, {}
         # stronger gusts, as far as they are admitted, may do as well as the effect
         calm = disturbance_level(base).allowance - disturbance_level(best).allowance
         if best.score - calm < least[best.label]:
-            return None
-        best = self._retimed(best)
+            return None, {}
+        first, best = best, self._retimed(best)
         if self.problem.impact or not self.problem.samples.posed:
-            return best
-        settled = converged(self.problem, self.nominal, best)
+            return best, {}
+        further = {id(first): converged(self.problem, self.nominal, best)}
         # a rival that has not settled loses by the way that is left to it
         near = [h for h in tried if h.score >= max(best.score - policy.unsettled, least[h.label])]
-        rivals = [converged(self.problem, self.nominal, h) for h in near if h.names != best.names]
-        return max(settled, *rivals, key=lambda h: h.score) if rivals else settled
+        for rival in (h for h in near if h.names != best.names):
+            further[id(rival)] = converged(self.problem, self.nominal, rival)
+        return max(further.values(), key=lambda h: h.score), further
 
     def _release(self, best: EvidenceHypothesis, others: Sequence[EvidenceHypothesis]) -> None:
         """Release the linearisations that neither the nominal nor the best model stands on."""
