@@ -36,9 +36,17 @@ MOTIONS = ("linear_drag", "rotor_drag", "angular_drag", "inertia")
 """Effects that only motion shows."""
 
 
-def moved(sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1) -> EvidenceHypothesis:
-    """A stated model whose stated numbers a fit moved by some tolerances of 0.5."""
-    keys = tuple(f"number_{k}.value" for k in range(len(sigmas)))
+def moved(
+    sigmas: Sequence[float], *, unknown: Sequence[float] | float = 0.1, together: int = 1
+) -> EvidenceHypothesis:
+    """A stated model whose stated numbers a fit moved by some tolerances of 0.5.
+
+    Some numbers each, such as three coordinates, belong together to one effect.
+    """
+    single = together == 1
+    keys = tuple(
+        f"number_{k // together}.value{'' if single else k % together}" for k in range(len(sigmas))
+    )
     spread = np.broadcast_to(np.asarray(unknown, dtype=float), (len(keys),)) * 0.5
     precision = np.full(len(keys), 4.0)
     fit = Fit(
@@ -77,11 +85,21 @@ def names(hypothesis: EvidenceHypothesis, extra: float = 0.0) -> list[str]:
     return [m.key for m in stated_wrong(hypothesis, extra=extra)]
 
 
-def test_an_honest_data_sheet_is_seldom_called_wrong() -> None:
+@pytest.mark.parametrize("together", [1, 3])
+def test_an_honest_data_sheet_is_seldom_called_wrong(together: int) -> None:
     """Of 2,000 data sheets with 30 numbers that keep their tolerances one in a hundred at most."""
     rng = np.random.default_rng(7)
-    told = [bool(names(moved(list(rng.standard_normal(30) * 0.995)))) for _ in range(2000)]
+    sheets = rng.standard_normal((2000, 30)) * 0.995
+    told = [bool(names(moved(list(sheet), together=together))) for sheet in sheets]
     assert 0.001 < np.mean(told) < 0.01
+
+
+def test_coordinates_that_a_bias_moves_together_do_not_excuse_each_other() -> None:
+    """3.0, -2.25 and 1.3 tolerances beside numbers that keep theirs well."""
+    quiet, bias = [0.1] * 12, [3.0, -2.25, 1.3]
+    assert names(moved([*quiet, *bias])) == []
+    told = names(moved([*quiet, *bias], together=3))
+    assert told == ["number_4.value0", "number_4.value1"]
 
 
 @pytest.mark.parametrize(

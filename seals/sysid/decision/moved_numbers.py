@@ -31,6 +31,11 @@ class MovedNumber:
     unknown: float
 
     @property
+    def effect(self) -> str:
+        """Instance of the effect whose number it is."""
+        return self.key.partition(".")[0]
+
+    @property
     def determined(self) -> float:
         """Variance of ``sigmas`` over logs of vehicles that keep their tolerances."""
         return max(1.0 - self.unknown**2, 0.0)
@@ -64,12 +69,13 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
 
     Equation:
         z_i^2 > (b s_i)^2 + extra with z the change in tolerances and b the 1 - p / 2 m quantile of
-        Student's law of n + m - 1 degrees of freedom, p the chance that one of m determined numbers
+        Student's law of n + k degrees of freedom, p the chance that one of m determined numbers
         of a right data sheet lies beyond it (Bonferroni);
-        s_i^2 = (n + sum z_j^2) / (n + sum (1 - u_j^2)) over the other determined numbers, each z_j
-        no larger than z_i, u their standard errors and n the weight of the tolerances as stated
-        (posterior of a common variance whose prior is a scaled inverse chi-squared law), and s_i
-        at least a stated share.
+        s_i^2 = (n + sum z_j^2) / (n + sum (1 - u_j^2)) over the k determined numbers of other
+        effects, each z_j no larger than z_i, u their standard errors and n the weight of the
+        tolerances as stated (posterior of a common variance whose prior is a scaled inverse
+        chi-squared law), and s_i at least a stated share. What moves one coordinate of a bias
+        moves the others: they do not speak for a data sheet that is less exact.
 
     Args:
         hypothesis: model whose numbers were fitted.
@@ -79,16 +85,13 @@ def stated_wrong(hypothesis: EvidenceHypothesis, *, extra: float) -> tuple[Moved
     known = [m for m in moved_numbers(hypothesis) if m.unknown < policy.undetermined]
     if not known:
         return ()
-    freedom = policy.stated_weight + len(known) - 1.0
-    bound = float(stdtrit(freedom, 1.0 - 0.5 * policy.stated_chance / len(known)))
-    sizes = [max(_size(m, known, policy.stated_weight), policy.stated_least) for m in known]
-    return tuple(
-        m for m, size in zip(known, sizes, strict=True) if m.sigmas**2 > (bound * size) ** 2 + extra
-    )
+    chance, weight = policy.stated_chance / len(known), policy.stated_weight
 
+    def bound(own: MovedNumber) -> float:
+        others = [m for m in known if m.effect != own.effect]
+        found = weight + sum(min(m.sigmas**2, own.sigmas**2) for m in others)
+        size = math.sqrt(found / (weight + sum(m.determined for m in others)))
+        quantile = float(stdtrit(weight + len(others), 1.0 - 0.5 * chance))
+        return quantile * max(size, policy.stated_least)
 
-def _size(own: MovedNumber, known: list[MovedNumber], weight: float) -> float:
-    """Return the common factor on the tolerances that the other numbers speak for."""
-    others = [m for m in known if m is not own]
-    found = weight + sum(min(m.sigmas**2, own.sigmas**2) for m in others)
-    return math.sqrt(found / (weight + sum(m.determined for m in others)))
+    return tuple(m for m in known if m.sigmas**2 > bound(m) ** 2 + extra)
