@@ -114,8 +114,7 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     wet = log.has("depth")
     for name, (sigma, meaning, why) in _tolerances(facts, vehicle, wet).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
-    dived = wet and not bool((log.columns["depth"] <= 0.0).any())
-    yield from _disturbance(facts, mass, "water" if dived else "air")
+    yield from _disturbance(facts, mass, "water" if _stays_below(log, vehicle) else "air")
     yield from _motors(log)
 
 
@@ -155,6 +154,17 @@ def _tolerances(facts: FlightFacts, vehicle: Mapping[str, Any], wet: bool) -> di
             sigma = min(max(fact.value, 0.2 * usual), usual)
             found[name] = found[name]._replace(sigma=sigma, why=why)
     return found
+
+
+def _stays_below(log: Log, vehicle: Mapping[str, Any]) -> bool:
+    """Return whether a vehicle never comes out of the water, by its depth or its place.
+
+    A place below zero says so of a vehicle with thrusters alone: others may fly down into a valley.
+    """
+    if log.has("depth"):
+        return not bool((log.columns["depth"] <= 0.0).any())
+    dives = bool(vehicle.get("thrusters")) and not vehicle.get("rotors")
+    return dives and log.has("position") and bool((log.channel("position")[:, 2] < 0.0).all())
 
 
 def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:

@@ -165,14 +165,23 @@ def test_a_dive_has_the_tolerances_of_a_hull(tmp_path: Path) -> None:
 def test_water_that_a_flight_does_not_tell_of_is_stiller_than_air(tmp_path: Path) -> None:
     """Gusts assumed where none are hide a tether; a robot that comes out of the water meets air."""
     columns = {k: v for k, v in _flight().columns.items() if not k.startswith("specific_force")}
+    below, rov = {"position_z": np.full(ROWS, -4.0)}, {**VEHICLE, "rotors": []}
+    rov["thrusters"] = VEHICLE["rotors"]
     stated = []
-    for depth in (None, np.full(ROWS, 2.0), np.linspace(-0.5, 2.0, ROWS)):
-        log = Log(name="f", columns=columns if depth is None else {**columns, "depth": depth})
+    for more, vehicle in (
+        ({}, VEHICLE),
+        ({"depth": np.full(ROWS, 2.0)}, VEHICLE),
+        ({"depth": np.linspace(-0.5, 2.0, ROWS)}, VEHICLE),
+        (below, VEHICLE),
+        (below, rov),
+        ({}, rov),
+    ):
         place = tmp_path / f"{len(stated)}.yaml"
-        write_datasheet(log, VEHICLE, place, replace=False)
+        log = Log(name="f", columns={**columns, **more})
+        write_datasheet(log, vehicle, place, replace=False)
         stated.append(yaml.safe_load(place.read_text())["disturbance"]["force_sigma"])
-    mass = VEHICLE["mass"]
-    assert stated == pytest.approx([0.02 * mass, 0.005 * mass, 0.02 * mass], rel=0.01)
+    gusts = np.array([0.02, 0.005, 0.02, 0.02, 0.005, 0.02])
+    assert stated == pytest.approx(gusts * VEHICLE["mass"], rel=0.01)
 
 
 def test_a_large_bias_at_rest_is_no_tolerance(tmp_path: Path) -> None:
