@@ -40,8 +40,8 @@ G, LAG, TURNS = 9.81, 0.06, 60.0 / (2.0 * np.pi)
 VEHICLE = "cf2x_L250"
 STIFF, DAMPED = 3.2, 2.6
 """Gains of position [1/s^2] and velocity [1/s]."""
-TURN, CALM = 70.0, 13.0
-"""Gains of attitude [1/s^2] and rate [1/s]."""
+TURN, CALM, TRIM = 70.0, 13.0, 60.0
+"""Gains of attitude [1/s^2], rate [1/s] and the attitude's integral [1/s^3]."""
 
 
 def numbers() -> dict[str, Any]:
@@ -163,13 +163,12 @@ def commanded(sheet: Mapping[str, Any], state: Floats, wanted: Any, pull: Floats
         sheet: numbers of the vehicle as its pilot knows them.
         state: of the vehicle.
         wanted: position, velocity, acceleration, heading and its rate.
-        pull: mean error so far, in place of an integral [m s].
+        pull: integrals of the errors of position [m s] and attitude [rad s]; goes on in place.
     """
     at, speed, bend, yaw, rate = wanted
     turn, spin = Rotation.from_quat(state[3:7]).as_matrix(), state[10:13]
-    pull += (at - state[:3]) / RATE
-    np.clip(pull, -2.0, 2.0, out=pull)
-    up = bend + STIFF * (at - state[:3]) + DAMPED * (speed - state[7:10]) + 0.8 * pull
+    pull[:3] = np.clip(pull[:3] + (at - state[:3]) / RATE, -2.0, 2.0)
+    up = bend + STIFF * (at - state[:3]) + DAMPED * (speed - state[7:10]) + 0.8 * pull[:3]
     up = up + np.array([0.0, 0.0, G])
     z = up / np.linalg.norm(up)
     y = cross(z, np.array([np.cos(yaw), np.sin(yaw), 0.0]))
@@ -179,8 +178,9 @@ def commanded(sheet: Mapping[str, Any], state: Floats, wanted: Any, pull: Floats
     error = 0.5 * np.array(
         [error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1]]
     )
+    pull[3:] = np.clip(pull[3:] + error / RATE, -1.0, 1.0)
     turning = turn.T @ np.array([0.0, 0.0, rate])
-    moment = sheet["J"] @ (-TURN * error - CALM * (spin - turning))
+    moment = -sheet["J"] @ (TURN * error + CALM * (spin - turning) + TRIM * pull[3:])
     arms = sheet["arms"]
     yawing = sheet["spin"] * sheet["torque"] / sheet["thrust"]
     rows = np.array([np.ones(4), arms[:, 1], -arms[:, 0], yawing])
@@ -200,7 +200,7 @@ def fly(*, rng: np.random.Generator, path: Path3, **changes: Any) -> Columns:
     """
     sensors = split_sensors(changes)
     late = round(changes.pop("late", 0.0) * RATE * STEPS)
-    plant, dt, pull = Plant(path, changes), 1.0 / (RATE * STEPS), np.zeros(3)
+    plant, dt, pull = Plant(path, changes), 1.0 / (RATE * STEPS), np.zeros(6)
     rows: dict[str, list[Any]] = {
         k: [] for k in ("t", "position", "q", "rate", "turning", "force", "cmd", "w")
     }

@@ -120,10 +120,10 @@ def test_a_level_crazyflie_is_asked_for_its_weight_and_no_torque() -> None:
     wanted = (np.zeros(3), np.zeros(3), np.zeros(3), 0.0, 0.0)
     state = np.zeros(17)
     state[6] = 1.0
-    speed = crazyflies.commanded(sheet, state, wanted, np.zeros(3))
+    speed = crazyflies.commanded(sheet, state, wanted, np.zeros(6))
     assert 2e-10 * speed**2 == pytest.approx(np.full(4, 0.03 * 9.81 / 4.0))
     state[3], state[6] = np.sin(0.05), np.cos(0.05)
-    rolled = crazyflies.commanded(sheet, state, wanted, np.zeros(3))
+    rolled = crazyflies.commanded(sheet, state, wanted, np.zeros(6))
     assert (rolled[:2] > rolled[2:]).all()
 
 
