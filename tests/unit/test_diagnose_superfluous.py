@@ -120,20 +120,27 @@ def test_a_superfluous_effect_pays_what_a_further_one_must() -> None:
     assert more == pytest.approx(POLICY.activity_share * 10000.0)
 
 
-def test_an_effect_of_no_size_is_superfluous(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Even where the fits without it got stuck elsewhere and score far less."""
+@pytest.mark.parametrize(("alone", "kept"), [((10.0, 10.0), "wind"), ((10.0, 500.0), "payload")])
+def test_an_effect_of_no_size_is_superfluous(
+    alone: tuple[float, float], kept: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even where the fits without it got stuck elsewhere and score far less.
+
+    Beside a twin the other one is, where the one of no size alone does better.
+    """
     both = model(["wind", "payload"], misfit=1.0, score=9000.0)
     wind, load = both.candidates
     sizes = {**dict.fromkeys(wind.keys, 5.0), **dict.fromkeys(load.keys, 0.0)}
     both = replace(both, fit=replace(both.fit, values={**both.fit.values, **sizes}))
-    smaller = [replace(both, candidates=(c,), score=10.0) for c in both.candidates]
+    pairs = zip(both.candidates, alone, strict=True)
+    smaller = [replace(both, candidates=(c,), score=score) for c, score in pairs]
     made = family(0.2)
     made._surface_error = None
     made.processes, made.nominal = 1, both
     made.problem.vehicle.servo = {}  # type: ignore[attr-defined]
     monkeypatch.setattr(WindowModels, "_bears_out", lambda *given: True)
     monkeypatch.setattr(window_models, "fitted", lambda *given, **named: smaller)
-    assert made._without_superfluous(both, [])[0].candidates == (wind,)
+    assert [c.name for c in made._without_superfluous(both, [])[0].candidates] == [kept]
 
 
 def test_an_effect_that_hardly_lowers_the_error_is_superfluous(

@@ -199,17 +199,22 @@ class WindowModels:
             smaller = [self._on_its_own(better_known(h, singles), best) for h in smaller]
             tried += smaller
             left = [next(c for c in best.candidates if c not in h.candidates) for h in smaller]
+            known = best.fitter.candidate_set
+            idle = [not is_significant(added, best.fit, known) for added in left]
             spare = [
                 h
-                for h, added in zip(smaller, left, strict=True)
-                if best.score - h.score < self._required(h, added)
-                or not is_significant(added, best.fit, best.fitter.candidate_set)
+                for h, added, sizeless in zip(smaller, left, idle, strict=True)
+                if sizeless
+                or best.score - h.score < self._required(h, added)
                 or not self._bears_out(h, best)
                 or fall_by(best, added) < self.problem.policy.error_falls
             ]
             if not spare:
                 break
-            best = max(spare, key=lambda h: h.score)
+            fewer = max(spare, key=lambda h: h.score)
+            # beside a twin, such as a delay beside a lag, the right one may be without a size
+            twins = idle[smaller.index(fewer)]
+            best = max(smaller, key=lambda h: h.score) if twins else fewer
         if len(best.candidates) > 1:
             best, one = self._of_one_cause(best)
             tried += one
