@@ -13,7 +13,7 @@ from seals.arrays import Floats
 from seals.config.build import build
 from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.episode_frame import EpisodeFrame
+from seals.learn.environments.simulator import EpisodeFrame
 from seals.learn.policy import Policy
 from seals.learn.task import Task
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene

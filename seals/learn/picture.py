@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.errors import optional_import
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.episode_frame import EpisodeFrame
+from seals.learn.environments.simulator import EpisodeFrame
 from seals.learn.film import Episode, episode_shooting
 from seals.rendering.optics import to_bytes
 from seals.view.films.application import Shooting, photographer_of

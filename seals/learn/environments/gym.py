@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.environments.build import batched_of
-from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
+from seals.learn.environments.simulator import EpisodeFrame
 from seals.pytree import mapped
 
 FEW = 8
