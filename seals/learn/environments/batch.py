@@ -10,11 +10,10 @@ import numpy as np
 
 from seals.arrays import Array, as_like, namespace, on_accelerator, some
 from seals.errors import ConfigError
-from seals.learn.batched import StepResult
+from seals.learn.batched import StepResult, picked
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
-from seals.learn.environments.machine_verdict import MachineVerdict
+from seals.learn.environments.machine_twin import MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator, FrameCallback
-from seals.learn.observations import picked
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied, mapped

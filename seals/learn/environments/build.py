@@ -12,8 +12,7 @@ from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
 from seals.learn.environments.batch import Environments
 from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.task import ActionMode
-from seals.learn.task_contract import require_task
+from seals.learn.task import ActionMode, require_task
 from seals.plugin_options import options_of
 from seals.registry import names
 from seals.robot.build import build_robot
