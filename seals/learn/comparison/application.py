@@ -194,8 +194,6 @@ def execute(config: Any) -> int:
         SealsError: there is nothing to compare, a run cannot be read, or one ends too early.
     """
     out = output_folder(config.out)
-    if out.exists() and not out.is_dir():
-        raise ConfigError(f"out={out} is a file.\nGive a folder.")
     study = _study_of(config)
     made = write_study(study, out, title=str(config.title))
     print(terms_words(study))

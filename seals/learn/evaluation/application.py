@@ -176,8 +176,6 @@ def execute(config: Any) -> int:
 
     need_torch()
     out = output_folder(config.out)
-    if out.exists() and not out.is_dir():
-        raise ConfigError(f"out={out} is a file.\nGive a folder.")
     trials = _trials_of(config, base=job_overrides())
     found: list[EvaluationResult] = []
     facts = {
