@@ -135,7 +135,7 @@ def _sections(study: Study) -> list[Section]:
             title="Every run",
             blocks=[
                 Choice(label="arm", options=groups),
-                Fold(title="Scores of every run", blocks=[_table(run_rows(study))]),
+                Fold(title="Scores of every run", blocks=[_table(_run_rows(study))]),
             ],
         )
     )
@@ -379,7 +379,7 @@ def comparison_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
     ]
 
 
-def run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
+def _run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
     """Return header and rows of the table of all runs."""
     head = ("arm", "seed", *METRIC_NAMES.values(), "state", "folder")
     rows = []

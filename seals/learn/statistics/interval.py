@@ -41,14 +41,14 @@ class Interval(NamedTuple):
         return f"{value} ({low} to {high})"
 
 
-def normal_quantile(level: float) -> float:
+def _normal_quantile(level: float) -> float:
     """Return the two-sided quantile of the normal distribution.
 
     Raises:
         SealsError: the level is not between 0 and 1.
 
     Example:
-        >>> round(normal_quantile(0.95), 6)
+        >>> round(_normal_quantile(0.95), 6)
         1.959964
     """
     if not 0.0 < level < 1.0:
@@ -84,12 +84,12 @@ def wilson(successes: int, trials: int, *, level: float = LEVEL) -> Interval:
         )
     from scipy.stats import binomtest
 
-    normal_quantile(level)
+    _normal_quantile(level)
     found = binomtest(successes, trials).proportion_ci(confidence_level=level, method="wilson")
     return Interval(successes / trials, float(found.low), float(found.high))
 
 
-def checked_scores(values: ArrayLike) -> Floats:
+def _checked_scores(values: ArrayLike) -> Floats:
     """Return scores of the runs of one arm as an array, shape (runs,).
 
     Raises:
@@ -173,12 +173,12 @@ def bootstrap(
         >>> bootstrap([[0.1, 0.2, 0.3, 0.4]]).value
         0.25
     """
-    groups = [checked_scores(stratum) for stratum in strata]
+    groups = [_checked_scores(stratum) for stratum in strata]
 
     def joined(*samples: Floats, axis: int) -> Floats:
         return statistic(np.concatenate(samples, axis=-1))
 
-    low, high = percentiles(groups, joined, level=level, resamples=resamples, seed=seed)
+    low, high = _percentiles(groups, joined, level=level, resamples=resamples, seed=seed)
     return Interval(float(statistic(np.concatenate(groups))), float(low), float(high))
 
 
@@ -208,16 +208,16 @@ def bootstrap_band(
         SealsError: there are fewer than two runs, or a value is not finite.
     """
     values = np.asarray(curves, dtype=float)
-    columns = np.stack([checked_scores(column) for column in values.T])
+    columns = np.stack([_checked_scores(column) for column in values.T])
 
     def joined(sample: Floats, *, axis: int) -> Floats:
         return statistic(sample)
 
-    low, high = percentiles([columns], joined, level=level, resamples=resamples, seed=seed)
+    low, high = _percentiles([columns], joined, level=level, resamples=resamples, seed=seed)
     return np.asarray(statistic(columns), dtype=float), low, high
 
 
-def percentiles(
+def _percentiles(
     samples: Sequence[Floats],
     statistic: Callable[..., Floats],
     *,
@@ -280,9 +280,9 @@ def improvement(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) ->
         >>> improvement([0.9, 0.8, 0.95, 0.7, 0.9], [0.1, 0.2, 0.3, 0.1, 0.4]).text()
         '1.00 (0.64 to 1.00)'
     """
-    x, y = checked_scores(better), checked_scores(worse)
+    x, y = _checked_scores(better), _checked_scores(worse)
     p = _probability(x, y)
-    z2 = normal_quantile(level) ** 2
+    z2 = _normal_quantile(level) ** 2
     runs = (len(x), len(y))
     low = 0.0 if p == 0.0 else _limit(p, 0.0, z2, runs)
     high = 1.0 if p == 1.0 else _limit(p, 1.0, z2, runs)
@@ -312,13 +312,13 @@ def improvement_bootstrap(
     Raises:
         SealsError: an arm has fewer than two runs, or a score is not finite.
     """
-    x, y = checked_scores(better), checked_scores(worse)
+    x, y = _checked_scores(better), _checked_scores(worse)
 
     def share(first: Floats, second: Floats, *, axis: int) -> Floats:
         pairs = np.sign(first[..., :, None] - second[..., None, :])
         return 0.5 + 0.5 * np.asarray(pairs.mean(axis=(-2, -1)))
 
-    low, high = percentiles([x, y], share, level=level, resamples=resamples, seed=seed)
+    low, high = _percentiles([x, y], share, level=level, resamples=resamples, seed=seed)
     return Interval(_probability(x, y), float(low), float(high))
 
 
@@ -333,7 +333,7 @@ def paired(better: ArrayLike, worse: ArrayLike, *, level: float = LEVEL) -> Inte
     Raises:
         SealsError: the arms differ in their number of runs, or all pairs are tied.
     """
-    x, y = checked_scores(better), checked_scores(worse)
+    x, y = _checked_scores(better), _checked_scores(worse)
     if len(x) != len(y):
         raise SealsError(
             f"{len(x)} and {len(y)} runs cannot be paired.\nGive both arms the same seeds."
@@ -367,7 +367,7 @@ def rank_test(x: ArrayLike, y: ArrayLike) -> float:
     """
     from scipy.stats import rankdata
 
-    first, second = checked_scores(x), checked_scores(y)
+    first, second = _checked_scores(x), _checked_scores(y)
     # twice the mean ranks, which are whole numbers
     doubled = (2 * rankdata(np.concatenate([first, second]))).astype(int)
     m = len(first)
