@@ -35,7 +35,7 @@ def built(case: Case) -> Any:
     from seals.config.compose import compose
     from seals.learn.environments import batched_of
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.domain_randomisation import drawn_parameters
+    from seals.learn.environments.posterior import drawn_parameters
 
     torch.set_num_threads(1)
     fused = f"backend.fused={'true' if case.fused else 'false'}"

@@ -67,7 +67,7 @@ GUARDS: dict[str, Guard] = {
     **VEHICLES,
     **BULK,
     "form of a training": Guard(
-        "seals.learn.training.resumption",
+        "seals.learn.training.loop",
         "    conform(stored(state), stored(fresh), tables=GROWN)\n",
         "",
         FORGED,
@@ -75,7 +75,7 @@ GUARDS: dict[str, Guard] = {
         "torchrl",
     ),
     "faults of a training": Guard(
-        "seals.learn.training.resumption",
+        "seals.learn.training.loop",
         "    except Exception as cause:  # parts restore",
         "    except ZeroDivisionError as cause:  # parts restore",
         FORGED,
@@ -83,7 +83,7 @@ GUARDS: dict[str, Guard] = {
         "torchrl",
     ),
     "size of a memory": Guard(
-        "seals.learn.replay.memory",
+        "seals.learn.replay",
         "if not 0 <= protected <= size <= protected + self.capacity or not 0 <= cursor <= size:",
         "if False:",
         FORGED,

@@ -36,9 +36,8 @@ import seals.learn
 import seals.plugins.learners
 from seals.learn.actor_critic import HIGHEST, LOWEST, TanhNormal
 from seals.learn.learner import Spaces
-from seals.learn.replay.memory import Memory, Prioritised, Sampler
-from seals.learn.replay.returns import Returns
-from seals.learn.scaling import RunningNormaliser
+from seals.learn.network_agent import RunningNormaliser
+from seals.learn.replay import Memory, Prioritised, Returns, Sampler
 from seals.learn.starts import generator_of
 from seals.plugins.learners.bc import BC, BcAgent
 from seals.plugins.learners.sac import SAC, SacAgent

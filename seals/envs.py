@@ -43,8 +43,7 @@ def register() -> None:
             )
     for name, env in GOAL_IDS.items():
         if name not in gymnasium.registry:
-            where = "seals.learn.environments.goal:SealsGoalEnv"
-            gymnasium.register(id=name, entry_point=where, kwargs={"env": env})
+            gymnasium.register(id=name, entry_point=f"{ROOM}:SealsGoalEnv", kwargs={"env": env})
 
 
 def vec_env(name: str, num_envs: int, **kwargs: Any) -> Any:

@@ -529,9 +529,7 @@ def _record(cls: Any, raw: Any, where: str, extra: bool) -> Any:
         empty = value is None and hint is not Any and type(None) not in typing.get_args(hint)
         if name not in needed and (name not in given or empty):
             continue
-        if name not in given:
-            near = suggestion(name, given, label="Given")
-            raise ConfigError(f"{place} has no '{name}'.\n{near}")
+        refuse_unlisted(name, given, f"{place} has no '{name}'", label="Given")
         values[name] = _read(hint, value, _at(where, name), extra)
     if dataclasses.is_dataclass(cls):
         check_fields(cast(Any, cls), values, where=where)

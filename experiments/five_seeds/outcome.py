@@ -11,8 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.experiments.command import markdown
 from seals.experiments.five_seeds.episode_tables import BESIDE, Tables
-from seals.learn.evaluation.page import FURTHER, share_words
-from seals.learn.evaluation.result import SHARE
+from seals.learn.evaluation.page import FURTHER, SHARE, share_words
 from seals.learn.statistics.interval import wilson
 from seals.report import Chart, Series, write_picture
 

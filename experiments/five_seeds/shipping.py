@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from seals.errors import ConfigError
-from seals.learn.evaluation.result import QUANTILES
+from seals.learn.evaluation.page import QUANTILES
 from seals.learn.metadata import CARD, refuse_other
 from seals.learn.policy import FORM, WEIGHTS, read_policy_metadata
 from seals.logs.atomic import atomic_folder, write_json

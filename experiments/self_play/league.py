@@ -23,8 +23,7 @@ from seals.learn.learner import Spaces
 from seals.learn.metadata import config_hash
 from seals.learn.policy import Policy, load_policy
 from seals.learn.training.checkpoint import has_checkpoint
-from seals.learn.training.loop import POLICY, Training
-from seals.learn.training.resumption import stopping, take_up
+from seals.learn.training.loop import POLICY, Training, stopping, take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.logs.run_folder import held
 from seals.plugins.learners.sac import SAC

@@ -10,7 +10,7 @@ import numpy as np
 
 from seals.errors import ConfigError
 from seals.experiments.visual_catch.pictures import ABSENT, PRESENT, Pictures, metres
-from seals.learn.comparison.words import text_table
+from seals.learn.comparison.page import text_table
 from seals.logs.atomic import write_table
 from seals.plugins.tasks.sighting.detector import (
     DetectorNetwork,

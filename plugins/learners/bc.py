@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn import networks
+from seals.learn.batched import tensors, vector
 from seals.learn.learner import MOST, Spaces, need_torch
-from seals.learn.observations import tensors, vector
-from seals.learn.scaling import RunningNormaliser
-from seals.learn.starts import first_weights, generator_of
-from seals.learn.stateful import Stateful
+from seals.learn.network_agent import NetworkAgent
+from seals.learn.starts import first_weights
 from seals.schema import count, setting
 
 if TYPE_CHECKING:
@@ -66,7 +65,7 @@ class BC:
         return BcAgent(self, spaces, device, seed)
 
 
-class CloningAgent(Stateful):
+class CloningAgent(NetworkAgent):
     """Agent whose network is fitted to the actions of another.
 
     Args:
@@ -80,40 +79,26 @@ class CloningAgent(Stateful):
     def __init__(
         self, learner: Any, spaces: Spaces, device: str, seed: int, *, normalise: bool = True
     ) -> None:
-        """Make network and optimiser."""
         import torch
 
-        self.learner, self.spaces, self.device = learner, spaces, device
-        self.generator = generator_of(seed, device)
-        size = spaces.observation_size
-        self.norm: Any = RunningNormaliser(size, device) if normalise else None
+        super().__init__(learner, spaces, device, seed, normalise=normalise)
         with first_weights(seed):
-            self.body = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
+            self.body = networks.mlp(
+                spaces.observation_size, spaces.action_size, learner.hidden
+            ).to(device)
         self.optimiser = torch.optim.AdamW(
             self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
         )
 
     def action_of(self, body: Any, observation: Tensor) -> Tensor:
         """Return the actions of a network, shape (N, a)."""
-        norm = None if self.norm is None else self.norm.layer
-        return body(networks.network_inputs(observation, norm=norm, encoder=None)).tanh()
+        return body(self.inputs(observation)).tanh()
 
     def fit(self, loss: Tensor) -> None:
         """Take one gradient step."""
         self.optimiser.zero_grad(set_to_none=True)
         loss.backward()
         self.optimiser.step()
-
-    def policy_with(self, body: Any) -> tuple[dict[str, Any], dict[str, Tensor]]:
-        """Return the policy of a network: its description and its tensors."""
-        network = networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            normalise=self.norm is not None,
-        )
-        norm = None if self.norm is None else self.norm.layer
-        return networks.policy_of(network, body=body, norm=norm)
 
 
 class BcAgent(CloningAgent):
@@ -126,7 +111,6 @@ class BcAgent(CloningAgent):
     reports = ("loss", "least_held_out_loss")
 
     def __init__(self, learner: BC, spaces: Spaces, device: str, seed: int) -> None:
-        """Make network and optimiser; there are no demonstrations yet."""
         import torch
 
         super().__init__(learner, spaces, device, seed, normalise=learner.normalise)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from seals.learn.batched import vector
 from seals.learn.learner import MOST, Spaces, need_torch
-from seals.learn.observations import vector
 from seals.plugins.learners.bc import CloningAgent
 from seals.schema import count, setting
 
@@ -66,23 +66,13 @@ class Dagger:
 
 
 class DaggerAgent(CloningAgent):
-    """Agent that imitates the scripted policy; see `seals.learn.learner.Advised`.
-
-    Args:
-        learner: the hyper-parameters.
-        spaces: sizes of observation and action.
-        device: of network and memory.
-        seed: of the first weights and of all draws.
-    """
+    """Agent that imitates the scripted policy; see `seals.learn.learner.Advised`."""
 
     parts = ("body", "averaged", "optimiser", "norm", "generator")
     plain = ("stored", "steps", "owed", "advice")
-    interactive = True
-    wants = "no"
     reports = ("loss", "remembered")
 
     def __init__(self, learner: Dagger, spaces: Spaces, device: str, seed: int) -> None:
-        """Make network, optimiser and memory."""
         import torch
 
         super().__init__(learner, spaces, device, seed)
@@ -113,9 +103,6 @@ class DaggerAgent(CloningAgent):
             if len(kept) != self.stored or kept.shape[1:] != rows.shape[1:]:
                 raise ValueError(f"the memory holds {list(kept.shape)} numbers of {key}")
             rows[: self.stored] = kept
-
-    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Ignore demonstrations: the expert is queried in every state."""
 
     def advise(self, action: Tensor) -> None:
         """Receive what the expert would do in the present states, shape (N, a)."""

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.errors import ConfigError
 from seals.field_roles import roles
 from seals.learn import networks
+from seals.learn.batched import vector
 from seals.learn.devices import of_all_processes, shared_gradients
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
-from seals.learn.observations import vector
-from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
-from seals.learn.starts import first_weights, generator_of
-from seals.learn.stateful import Stateful
+from seals.learn.network_agent import FORMS, NetworkAgent, transform_reward
+from seals.learn.starts import first_weights
 from seals.schema import count, setting
 
 if TYPE_CHECKING:
@@ -100,32 +98,20 @@ class PPO:
         return PpoAgent(self, spaces, device, seed)
 
 
-class PpoAgent(Stateful):
-    """Agent of proximal policy optimisation; loss and advantages are TorchRL's.
-
-    Args:
-        learner: the hyper-parameters.
-        spaces: sizes of observation and action.
-        device: of the networks.
-        seed: of the first weights and of all draws.
-    """
+class PpoAgent(NetworkAgent):
+    """Agent of proximal policy optimisation; loss and advantages are TorchRL's."""
 
     parts = ("actor", "critic", "optimiser", "norm", "generator")
     plain = ("rollout", "round", "order", "made")
-    interactive = True
-    wants = "no"
     reports = ("actor_loss", "critic_loss", "deviation", "clipped", "value")
 
     def __init__(self, learner: PPO, spaces: Spaces, device: str, seed: int) -> None:
-        """Make networks, loss and optimiser."""
         import torch
         from tensordict.nn import AddStateIndependentNormalScale, TensorDictModule
         from torchrl.modules import IndependentNormal, ProbabilisticActor, ValueOperator
         from torchrl.objectives import ClipPPOLoss
 
-        self.learner, self.spaces, self.device = learner, spaces, device
-        self.generator = generator_of(seed, device)
-        self.norm = RunningNormaliser(spaces.observation_size, device)
+        super().__init__(learner, spaces, device, seed)
         size, actions = spaces.observation_size, spaces.action_size
         with first_weights(seed):
             self.mean = networks.mlp(size, actions, learner.hidden)
@@ -162,15 +148,12 @@ class PpoAgent(Stateful):
         self.order: Tensor | None = None
         self.made = 0
 
-    def add_demonstrations(self, columns: Mapping[str, Any]) -> None:
-        """Ignore demonstrations: the learner is on-policy."""
-
     def act(self, observation: Any, *, explore: bool) -> Tensor:
         """Return actions; exploring ones are stored before clipping."""
         import torch
 
         with torch.no_grad():
-            mean, deviation = self.actor(self._normalised(vector(observation)))
+            mean, deviation = self.actor(self.inputs(vector(observation)))
             if not explore:
                 return mean.clamp(-1.0, 1.0)
             noise = torch.randn(mean.shape, generator=self.generator, device=self.device)
@@ -237,7 +220,7 @@ class PpoAgent(Stateful):
         size = steps["reward"].numel()
         with torch.no_grad():
             seen, after = (
-                self._normalised(steps[key].flatten(0, 1)) for key in ("observation", "final")
+                self.inputs(steps[key].flatten(0, 1)) for key in ("observation", "final")
             )
             column = (*steps["reward"].shape, 1)
             ended, terminated, reward, value, later = (
@@ -279,15 +262,6 @@ class PpoAgent(Stateful):
             self.order = torch.randperm(count, generator=self.generator, device=self.device)
         return self.order.tensor_split(self.learner.minibatches)[part]
 
-    def _normalised(self, observation: Tensor) -> Tensor:
-        return networks.network_inputs(observation, norm=self.norm.layer, encoder=None)
-
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the policy's mean, clipped to -1 and 1."""
-        network = networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            squash="clip",
-        )
-        return networks.policy_of(network, body=self.mean, norm=self.norm.layer)
+        return self.policy_with(self.mean, squash="clip")

@@ -7,16 +7,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from seals.field_roles import roles
-from seals.learn import networks
 from seals.learn.actor_critic import ActorCriticNetworks, TanhNormal
+from seals.learn.batched import tensors, vector
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
-from seals.learn.observations import tensors, vector
+from seals.learn.network_agent import FORMS, NetworkAgent, transform_reward
 from seals.learn.recorded import Recorded
-from seals.learn.replay.memory import Memory, Prioritised, Sampler
-from seals.learn.replay.returns import STEP, Returns, of_episodes
-from seals.learn.scaling import FORMS, RunningNormaliser, transform_reward
-from seals.learn.starts import first_weights, generator_of
-from seals.learn.stateful import Stateful
+from seals.learn.replay import STEP, Memory, Prioritised, Returns, Sampler, of_episodes
+from seals.learn.starts import first_weights
 from seals.schema import check_order, count, setting
 
 if TYPE_CHECKING:
@@ -140,19 +137,11 @@ class SAC:
         )
 
 
-class SacAgent(Stateful):
-    """Agent of soft actor-critic; subclasses change its inputs.
-
-    Args:
-        learner: the hyper-parameters.
-        spaces: sizes of observation and action.
-        device: of networks and memory.
-        seed: of the first weights and of all draws.
-    """
+class SacAgent(NetworkAgent):
+    """Agent of soft actor-critic; subclasses change its inputs."""
 
     parts = ("nets", "memory", "returns", "norm", "generator")
     plain = ("steps", "updates")
-    interactive = True
     reports = (
         "critic_loss",
         "actor_loss",
@@ -163,10 +152,8 @@ class SacAgent(Stateful):
     )
 
     def __init__(self, learner: SAC, spaces: Spaces, device: str, seed: int) -> None:
-        """Make networks, optimisers and an empty memory."""
-        self.learner, self.spaces, self.device = learner, spaces, device
+        super().__init__(learner, spaces, device, seed, normalise=learner.normalise)
         self.wants = "no" if learner.demonstrations == "none" else "must"
-        self.generator = generator_of(seed, device)
         self.memory = Memory(
             capacity=learner.capacity,
             sampler=learner.sampler(),
@@ -176,9 +163,6 @@ class SacAgent(Stateful):
         self.returns = self._fresh_returns()
         self.steps = self.updates = 0
         self._recorded: Recorded | None = None
-        self.norm = (
-            RunningNormaliser(spaces.observation_size, device) if learner.normalise else None
-        )
         with first_weights(seed):
             self.encoders = self._encoders()
             self.nets = ActorCriticNetworks(
@@ -220,8 +204,7 @@ class SacAgent(Stateful):
 
     def _actor_inputs(self, observation: Any) -> Tensor:
         """Return the actor's inputs."""
-        norm = None if self.norm is None else self.norm.layer
-        return networks.network_inputs(observation, norm=norm, encoder=None)
+        return self.inputs(observation)
 
     def _critic_inputs(self, observation: Any, seen: Tensor, *, slow: bool = False) -> Tensor:
         """Return the critics' inputs besides the action: those of the actor."""
@@ -379,18 +362,9 @@ class SacAgent(Stateful):
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the policy's mean, mapped to -1 to 1 by tanh."""
-        norm = None if self.norm is None else self.norm.layer
-        return networks.policy_of(
-            self._description(),
-            body=self.nets.actor,
-            norm=norm,
-            encoder=self.encoders.get("actor", self.encoders.get("critics")),
-        )
+        encoder = self.encoders.get("actor", self.encoders.get("critics"))
+        return self.policy_with(self.nets.actor, encoder=encoder, **self._described())
 
-    def _description(self) -> dict[str, Any]:
-        return networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            normalise=self.learner.normalise,
-        )
+    def _described(self) -> dict[str, Any]:
+        """Return what the description of a policy says beside its sizes."""
+        return {}

@@ -151,7 +151,6 @@ class VisualSacAgent(SacAgent):
     learner: VisualSAC
 
     def __init__(self, learner: VisualSAC, spaces: Spaces, device: str, seed: int) -> None:
-        """Select the observation columns."""
         import torch
 
         self._remaining = _remaining_columns(spaces.names, learner.withheld)
@@ -199,34 +198,22 @@ class VisualSacAgent(SacAgent):
 
     def _actor_inputs(self, observation: Any) -> Tensor:
         own = self.encoders.get("actor", self.encoders.get("critics"))
-        return self._inputs(observation, own)
+        return self._seen(observation, own)
 
     def _critic_inputs(self, observation: Any, seen: Tensor, *, slow: bool = False) -> Tensor:
         if self.learner.critics_see == "state":
-            norm = None if self.norm is None else self.norm.layer
-            return networks.network_inputs(observation, norm=norm, encoder=None)
+            return self.inputs(observation)
         if not slow and "actor" not in self.encoders:
             return seen
         own = self.nets.slow_encoder if slow else self.encoders.get("critics")
-        return self._inputs(observation, own)
+        return self._seen(observation, own)
 
-    def _inputs(self, observation: Any, encoder: Any) -> Tensor:
-        return networks.network_inputs(
-            observation,
-            norm=None if self.norm is None else self.norm.layer,
-            encoder=encoder,
-            use_state=self.learner.use_state,
-            columns=self._columns,
-        )
+    def _seen(self, observation: Any, encoder: Any) -> Tensor:
+        use_state = self.learner.use_state
+        return self.inputs(observation, encoder=encoder, use_state=use_state, columns=self._columns)
 
     def _critic_input_size(self) -> int | None:
         return self.spaces.observation_size if self.learner.critics_see == "state" else None
 
-    def _description(self) -> dict[str, Any]:
-        return networks.description(
-            observation=self.spaces.observation_size,
-            action=self.spaces.action_size,
-            hidden=self.learner.hidden,
-            normalise=self.learner.normalise,
-            pixels=self._encoder_options(),
-        )
+    def _described(self) -> dict[str, Any]:
+        return {"pixels": self._encoder_options()}

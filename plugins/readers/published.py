@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from seals.arrays import Floats
-from seals.errors import LogError, suggestion
+from seals.errors import LogError, refuse_unlisted
 from seals.field_roles import roles
 from seals.logs.datasets import Dataset, paths_of
 from seals.logs.log import Log
@@ -79,8 +79,6 @@ def refuse_lacking(
         LogError: one is absent; the nearest name is told.
     """
     for name in needed:
-        if name not in table:
-            tail = f": it is no {what}" if what else ""
-            raise LogError(
-                f"'{path}' has no column '{name}'{tail}.\n{suggestion(name, table, **words)}"
-            )
+        tail = f": it is no {what}" if what else ""
+        lacking = f"'{path}' has no column '{name}'{tail}"
+        refuse_unlisted(name, table, lacking, error=LogError, **words)

@@ -205,9 +205,6 @@ class TaskCatch(TaskReach):
     is within a cone below the body; outside of it, its place and velocity are observed as zeros.
 
     Args:
-        rate: control steps a second [Hz].
-        duration: of an episode [s].
-        speed: velocity that an action of 1 asks for [m/s].
         success_distance: what may be lacking of the height, and of the hand on the animal [m].
         hold: for how long the animal must be held above the water [s].
         object: name of the animal among the objects.
@@ -219,11 +216,8 @@ class TaskCatch(TaskReach):
             [1].
         view: half of the angle of the cone in which the animal is seen, from the vertical [rad].
         firm: force on a finger-tip that counts as a grip [N].
-        start_low: corner of the box of starting places, world [m].
-        start_high: opposite corner [m].
         target_low: corner of the rectangle in which the animal begins, x and y [m]; its z is that
             of the object.
-        target_high: opposite corner [m].
 
     All other fields are those of `TaskReach`; ``clearance`` and ``width`` are not used.
 

@@ -20,10 +20,7 @@ class TaskHover(TaskReach):
 
     Args:
         hold: for how long the body must be within the distance [s].
-        start_low: corner of the box of starting places, world [m].
-        start_high: opposite corner [m].
         target_low: corner of the box of places to hold [m].
-        target_high: opposite corner [m].
 
     All other fields are those of `TaskReach`.
 
@@ -46,14 +43,6 @@ class TaskHover(TaskReach):
 @dataclass(kw_only=True)
 class TaskStation(TaskHover):
     """Task: hold a submerged vehicle at a position in current and waves, from any heading.
-
-    Args:
-        duration: of an episode [s].
-        speed: velocity that an action of 1 asks for [m/s].
-        start_low: corner of the box of starting places, world [m].
-        start_high: opposite corner [m].
-        target_low: corner of the box of places to hold [m].
-        target_high: opposite corner [m].
 
     All other fields are those of `TaskReach`.
 

@@ -29,13 +29,9 @@ class TaskPipe(TaskReach):
         d(a) = (cos rise cos a, cos rise sin a, sin rise), s = pace (t - approach) from 0 to l.
 
     Args:
-        duration: of an episode [s].
         success_distance: of the hand from the target that counts as following [m].
         hold: for how long it must follow [s].
-        start_low: corner of the box of starting places, world [m].
-        start_high: opposite corner [m].
         target_low: corner of the box of the hand's places above the beginning of the pipe [m].
-        target_high: opposite corner [m].
         length: l of the pipe [m].
         pace: of the target [m/s].
         approach: time to the beginning of the pipe [s].

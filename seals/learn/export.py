@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seals.errors import ConfigError, SealsError, optional_import, refuse_absent, suggestion
+from seals.errors import ConfigError, SealsError, optional_import, refuse_absent, refuse_unlisted
 from seals.field_roles import roles
 from seals.file_names import refuse_taken
 from seals.learn.policy import NetworkPolicy, load_policy
@@ -60,9 +60,7 @@ def execute(config: Any) -> int:
     Raises:
         SealsError: something cannot be used, or the file would act differently.
     """
-    if config.format not in FORMATS:
-        hint = suggestion(str(config.format), FORMATS)
-        raise ConfigError(f"format={config.format} is not known.\n{hint}")
+    refuse_unlisted(str(config.format), FORMATS, f"format={config.format} is not known")
     out = Path(str(config.out))
     if out.suffix != ".onnx":
         raise ConfigError(f"out={out} is not the name of an ONNX file.\nUse out={out.stem}.onnx")

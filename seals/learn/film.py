@@ -1,4 +1,4 @@
-"""Film of one episode of a policy."""
+"""Pictures of an episode of a policy: a film, images, a window."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.config.build import build
+from seals.errors import optional_import
 from seals.learn.environments.batch_cameras import with_ball
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.episode_frame import EpisodeFrame
+from seals.learn.environments.simulator import EpisodeFrame
 from seals.learn.policy import Policy
 from seals.learn.task import Task
 from seals.rendering import NOTHING, Light, Poses, Renderer, Scene
+from seals.rendering.optics import to_bytes
 from seals.view.films.application import Shooting, photographer_of, shooting_of
 from seals.view.films.files import Frames, refuse_missing, write_film
 from seals.view.films.settings import RenderSettings
@@ -154,3 +157,88 @@ def episode_frames(environment: Any, policy: Policy, seed: int) -> list[EpisodeF
     finally:
         environment.set_frame_callback(None)
     return rows
+
+
+ROOM = 1.3
+"""Radius of what is in the picture, in that of robot and target at the start [1]."""
+
+
+class Picture:
+    """Images of one environment: robot, objects, target and water, from one place an episode.
+
+    Args:
+        config: of the environment; its ``viewer`` draws.
+
+    Attributes:
+        frame: the last one that the environments told; None before the first episode.
+
+    Raises:
+        SealsError: the viewer draws no frames, or its package is absent.
+    """
+
+    def __init__(self, config: Any) -> None:
+        self._settings, self._task = build_learning(config)
+        self._stage = build_stage(self._settings)
+        self._photographer = photographer_of(self._settings.viewer)
+        self._look = RenderSettings()
+        self._shooting: Shooting | None = None
+        self.frame: EpisodeFrame | None = None
+        self._window: Any = None
+        self._clock: Any = None
+
+    def begin(self, environments: Any) -> None:
+        """Place the camera for an episode, and follow what the environments tell of the first."""
+
+        def follow(frame: EpisodeFrame) -> None:
+            self.frame = frame
+
+        # a callback is told at once what stands where
+        environments.set_frame_callback(follow)
+        first = self._shooting is None
+        episode = self._episode()
+        way = episode.way._replace(radius=ROOM * episode.way.radius)
+        self._shooting = found = episode_shooting(episode, self._task, self._look, way=way)
+        if first:
+            self._photographer.arrange(found.scene, found.optics, self._look.quality)
+
+    def _episode(self) -> Episode:
+        assert self.frame is not None
+        return Episode(self._stage, [self.frame])
+
+    def image(self) -> NDArray[np.uint8]:
+        """Return the image of the present instant, shape (height, width, 3)."""
+        assert self._shooting is not None
+        here = self._episode()
+        now = self._shooting._replace(replay=here, times=here.time)
+        light = self._photographer.photograph(now.frame_at(0, self._look.port))
+        found: NDArray[np.uint8] = to_bytes(np.clip(self._look.light * light, 0.0, 1.0))
+        return found
+
+    def show(self) -> None:
+        """Show the present instant in a window, no faster than the robot decides.
+
+        Raises:
+            MissingExtra: pygame is not installed.
+        """
+        with optional_import(
+            'render_mode="human" needs pygame', "Install it: pip install 'aam-seals[learn]'"
+        ):
+            import pygame
+        image = self.image()
+        if self._window is None:
+            pygame.display.init()
+            self._window = pygame.display.set_mode((image.shape[1], image.shape[0]))
+            self._clock = pygame.time.Clock()
+        self._window.blit(pygame.surfarray.make_surface(image.swapaxes(0, 1)), (0, 0))
+        pygame.event.pump()
+        pygame.display.flip()
+        self._clock.tick(self._task.rate)
+
+    def close(self) -> None:
+        """Release renderer and window."""
+        self._photographer.close()
+        if self._window is not None:
+            import pygame
+
+            pygame.display.quit()
+            self._window = None

@@ -214,7 +214,7 @@ def _squash(network: Mapping[str, Any]) -> nn.Module:
 def _mlp_actor(network: Mapping[str, Any]) -> nn.Module:
     import torch
 
-    from seals.learn.observations import vector
+    from seals.learn.batched import vector
 
     class MlpActor(torch.nn.Sequential):
         """Policy on numbers; a picture beside them is not looked at."""

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from seals.arrays import Floats
-from seals.errors import RobotError, refuse_unlisted, suggestion
+from seals.errors import RobotError, refuse_unlisted
 from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.structure import numbers
 from seals.scaffold.plug_ins import last_name
@@ -326,9 +326,8 @@ def _joint(
 ) -> Element:
     name, kind = _name(frames.where, joint), joint.get("type", "")
     where = f"{frames.where}: joint '{name}'"
-    if kind not in (*_TYPES, "fixed"):
-        allowed = suggestion(kind, [*_TYPES, "fixed"])
-        raise RobotError(f"{where} has the type '{kind}', which a URDF cannot describe.\n{allowed}")
+    what = f"{where} has the type '{kind}', which a URDF cannot describe"
+    refuse_unlisted(kind, [*_TYPES, "fixed"], what, error=RobotError)
     parent, child = (_frames_link(frames, _end(joint, end), names) for end in ("parent", "child"))
     origin = np.linalg.inv(origins[parent]) @ origins[child]
     if kind == "fixed":

@@ -13,7 +13,7 @@ from seals.contract import require
 from seals.learn.learner import Spaces, need_torch
 from seals.learn.networks import actor_of
 from seals.learn.training.checkpoint import read_checkpoint, write_checkpoint
-from seals.learn.training.resumption import GROWN, refuse_other_form
+from seals.learn.training.loop import GROWN, refuse_other_form
 from seals.testing.declaration import build_declared
 from seals.testing.reaching import PointReach, demonstrations
 

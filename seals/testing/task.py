@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from seals.learn.environments.build import equip
-from seals.learn.task import Task
-from seals.learn.task_contract import require_laws, require_task
+from seals.learn.task import Task, require_laws, require_task
 from seals.robot.build import build_robot
 from seals.run.build import run_settings
 from seals.testing.declaration import build_declared

@@ -20,8 +20,7 @@ from seals.experiments.five_seeds.outcome import table_of, write_curves
 from seals.experiments.five_seeds.recipes import RECIPES, Recipe
 from seals.experiments.five_seeds.shipping import ship
 from seals.experiments.learning_study.arms import Training
-from seals.learn.evaluation.page import write_results
-from seals.learn.evaluation.result import EvaluationResult
+from seals.learn.evaluation.page import EvaluationResult, write_results
 from seals.plugins.learners.dagger import Dagger
 
 PAGES = ("learning_walk.md", "learning_tasks.md", "learning_sight.md", "learning_results.md")

@@ -17,10 +17,7 @@ ONE = {
         "plugins/controllers/cascade/compiled.py",
     },
     r"class \w*Kinematics\b": {"seals/multibody/kinematics.py"},
-    r"class \w*Environments\b": {
-        "seals/learn/environments/batch.py",
-        "seals/learn/environments/pixels.py",
-    },
+    r"class \w*Environments\b": {"seals/learn/environments/batch.py"},
     # a folder and a log's description go through one builder; held links are merged in the other
     r"\bRobotModel\(": {"seals/robot/build.py", "seals/robot/fusing.py"},
     r"def lean_\w+": {"seals/control/attitude.py"},

@@ -12,9 +12,8 @@ import pytest
 from seals.cli.main import main
 from seals.errors import ConfigError, LogError, SealsError
 from seals.learn.comparison.application import compare
-from seals.learn.comparison.outcome import AnalysisPlan
+from seals.learn.comparison.page import AnalysisPlan, claims
 from seals.learn.comparison.runs import Run, find_arms, read_run, read_table
-from seals.learn.comparison.words import claims
 from seals.learn.statistics.interval import wilson
 
 STEPS = np.arange(0, 1001, 100)

@@ -20,14 +20,13 @@ from seals.learn.batched import StepResult
 from seals.learn.demonstrations.folder import read
 from seals.learn.demonstrations.recording import record
 from seals.learn.evaluation.application import variants_of
-from seals.learn.evaluation.page import rows_of, sentences, write_results
+from seals.learn.evaluation.page import rows_of, sentences, summarise, write_results
 from seals.learn.evaluation.policies import (
     PolicyKeys,
     PolicyRandom,
     PolicyScripted,
     policy_of,
 )
-from seals.learn.evaluation.result import summarise
 from seals.learn.metadata import _placeless, world_hash
 from seals.learn.statistics.interval import wilson
 
@@ -372,12 +371,12 @@ def test_record_then_replay_then_evaluate(
     ("words", "said"),
     [
         (["evaluate", "policy=scriptd"], "Did you mean 'scripted'"),
-        (["evaluate", "episodes=0"], "episodes=1 or more"),
+        (["evaluate", "episodes=0"], "a whole number from 1"),
         (["evaluate", "grid=robust"], "robustness"),
         (["record", "keep=success"], "Did you mean 'successes'"),
         (["record", "who=humn"], "Did you mean 'human'"),
         (["record", "first=2000000000"], "reserved for the evaluation"),
-        (["record", "noise=3"], "noise from 0 to 1"),
+        (["record", "noise=3"], "a finite number from 0 to 1"),
     ],
 )
 def test_mistyped_words_are_refused(

@@ -13,7 +13,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
-from seals.learn.environments.episode_frame import EpisodeFrame
+from seals.learn.environments.simulator import EpisodeFrame
 from seals.learn.starts import held_out_seeds
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")

@@ -13,7 +13,7 @@ pytest.importorskip("torchrl")
 
 from seals.errors import ConfigError  # noqa: E402  only where there is PyTorch
 from seals.learn.training.checkpoint import FILE, write_checkpoint  # noqa: E402
-from seals.learn.training.resumption import take_up  # noqa: E402  likewise
+from seals.learn.training.loop import take_up  # noqa: E402  likewise
 from tests.unit.test_learn_training import LEARNERS, losses, training_of  # noqa: E402
 
 Change = Callable[[dict[str, Any]], Any]

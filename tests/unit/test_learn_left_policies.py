@@ -11,8 +11,7 @@ import pytest
 from seals.errors import ConfigError
 from seals.learn.policy import load_policy
 from seals.learn.training.checkpoint import FILE, read_checkpoint
-from seals.learn.training.loop import STOP, Training
-from seals.learn.training.resumption import take_up
+from seals.learn.training.loop import STOP, Training, take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.scoring import Scores
 from seals.plugins.learners.sac import SAC
@@ -116,6 +115,6 @@ def test_processes_of_one_policy_stop_together(
     assert told == [0, 0, 0, STOP, STOP]
     state = read_checkpoint(tmp_path, device="cpu")
     assert state["place"]["step"] == training.step
-    monkeypatch.setattr("seals.learn.training.resumption.alike_in_all", lambda _: False)
+    monkeypatch.setattr("seals.learn.training.loop.alike_in_all", lambda _: False)
     with pytest.raises(ConfigError, match=r"interrupted at different steps, this one at \d+\.\n"):
         take_up(training_of(LEARNERS["sac"], tmp_path), device="cpu")

@@ -9,8 +9,8 @@ import pytest
 
 from seals.errors import ConfigError
 from seals.learn.actor_critic import HIGHEST, LOWEST, TanhNormal
+from seals.learn.network_agent import RunningNormaliser, transform_reward
 from seals.learn.networks import actor_of, description, mlp, policy_of
-from seals.learn.scaling import RunningNormaliser, transform_reward
 from seals.learn.starts import first_weights, generator_of
 from seals.plugins.learners.visual_sac import random_shift
 

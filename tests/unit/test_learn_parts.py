@@ -13,7 +13,7 @@ from tensordict import TensorDict  # noqa: E402  what follows needs it
 
 from benchmarks import learning_parts as parts  # noqa: E402
 from seals.learn.actor_critic import TanhNormal  # noqa: E402
-from seals.learn.replay.returns import Returns  # noqa: E402
+from seals.learn.replay import Returns  # noqa: E402
 from seals.learn.starts import generator_of  # noqa: E402
 
 pytestmark = [

@@ -14,8 +14,7 @@ from seals.cli.main import main
 from seals.config.compose import compose
 from seals.errors import ConfigError
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.domain_randomisation import drawn_parameters
-from seals.learn.environments.posterior import posterior_of
+from seals.learn.environments.posterior import drawn_parameters, posterior_of
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")
 

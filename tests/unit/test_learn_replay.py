@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from seals.errors import ConfigError
-from seals.learn.replay.memory import Memory, Prioritised, Sampler
-from seals.learn.replay.returns import Returns, of_episodes
+from seals.learn.replay import Memory, Prioritised, Returns, Sampler, of_episodes
 from seals.learn.starts import generator_of
 
 torch = pytest.importorskip("torch")
@@ -120,7 +119,7 @@ def advantages(
     count = reward.shape[1]
     spaces = Spaces(observation_size=1, action_size=1, count=count, pixels=None, names=("v",))
     agent: Any = PPO(gamma=0.5, decay=decay).start(spaces, device="cpu", seed=0)
-    agent.critic, agent._normalised = torch.nn.Identity(), lambda seen: seen
+    agent.critic, agent.inputs = torch.nn.Identity(), lambda seen: seen
     rows = zip(reward, value, later, terminated, truncated, strict=True)
     agent.rollout = [
         {

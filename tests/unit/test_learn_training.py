@@ -125,7 +125,7 @@ from seals.learn.learner import Spaces
 from seals.learn.training.checkpoint import read_checkpoint
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.loop import STOP, Training
-from seals.learn.training.resumption import take_up
+from seals.learn.training.loop import take_up
 from seals.plugins.learners.sac import SAC
 from seals.testing.reaching import PointReach
 

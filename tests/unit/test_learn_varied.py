@@ -12,7 +12,7 @@ import pytest
 from seals.cli.main import main
 from seals.config.compose import compose
 from seals.learn.environments.build import build_learning
-from seals.learn.environments.domain_randomisation import drawn_parameters
+from seals.learn.environments.posterior import drawn_parameters
 from seals.schema import param
 
 torch = pytest.importorskip("torch", reason="learning needs torch: pip install 'aam-seals[learn]'")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from seals.arrays import namespace
-from seals.learn.environments.machine_verdict import MachineVerdict
+from seals.learn.environments.machine_twin import MachineVerdict
 
 pytest.importorskip("llvmlite")
 

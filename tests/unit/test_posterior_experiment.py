@@ -28,8 +28,7 @@ from seals.experiments.posterior.tasks import (
 )
 from seals.learn.environments.build import build_learning
 from seals.learn.environments.posterior import posterior_of
-from seals.learn.evaluation.page import write_results
-from seals.learn.evaluation.result import EvaluationResult
+from seals.learn.evaluation.page import EvaluationResult, write_results
 from seals.logs.atomic import write_table
 from seals.robot.build import build_robot
 

@@ -211,7 +211,7 @@ def test_every_verb_is_interrupted(
 def test_a_training_ends_between_two_updates(number: int) -> None:
     """The first signal asks, the second one ends at once."""
     pytest.importorskip("torch", reason="PyTorch is not installed")
-    from seals.learn.training.resumption import stopping
+    from seals.learn.training.loop import stopping
 
     training: Any = SimpleNamespace(stop=False)
     before = [signal.getsignal(one) for one in SIGNALS]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seals.learn.replay.memory import Memory, Prioritised
+from seals.learn.replay import Memory, Prioritised
 from seals.learn.starts import generator_of
 
 torch = pytest.importorskip("torch")

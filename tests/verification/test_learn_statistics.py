@@ -11,15 +11,17 @@ import scipy.optimize
 import scipy.stats
 
 from seals.errors import SealsError
-from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band, iqm
 from seals.learn.statistics.curve import area, curve, held, last_mean, metric, on_grid
-from seals.learn.statistics.improvement import (
+from seals.learn.statistics.interval import (
+    bootstrap,
+    bootstrap_band,
     improvement,
     improvement_bootstrap,
+    iqm,
     paired,
     rank_test,
+    wilson,
 )
-from seals.learn.statistics.interval import wilson
 
 
 @pytest.mark.parametrize(

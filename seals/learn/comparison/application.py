@@ -14,16 +14,31 @@ import numpy as np
 
 from seals.config.compose import output_folder
 from seals.errors import ConfigError, SealsError, refuse_unlisted
-from seals.learn.comparison.outcome import Arm, ArmComparison, Band, Study
-from seals.learn.comparison.page import write_study
+from seals.learn.comparison.page import (
+    Arm,
+    ArmComparison,
+    Band,
+    Study,
+    arm_rows,
+    claims,
+    comparison_rows,
+    terms_words,
+    text_table,
+    write_study,
+)
 from seals.learn.comparison.runs import Run, find_arms, read_run
 from seals.learn.comparison.settings import AnalysisPlan, ArmsSettings
-from seals.learn.comparison.words import arm_rows, claims, comparison_rows, terms_words, text_table
-from seals.learn.statistics.bootstrap import bootstrap, bootstrap_band
+from seals.learn.settings import check_own
 from seals.learn.statistics.curve import METRICS, Curve, held, metric, on_grid
-from seals.learn.statistics.improvement import improvement, improvement_bootstrap, paired, rank_test
-from seals.learn.statistics.interval import Interval
-from seals.schema import check_value, parameters_of
+from seals.learn.statistics.interval import (
+    Interval,
+    bootstrap,
+    bootstrap_band,
+    improvement,
+    improvement_bootstrap,
+    paired,
+    rank_test,
+)
 
 
 def compare(arms: Mapping[str, Sequence[Run]], terms: AnalysisPlan) -> Study:
@@ -179,8 +194,6 @@ def execute(config: Any) -> int:
         SealsError: there is nothing to compare, a run cannot be read, or one ends too early.
     """
     out = output_folder(config.out)
-    if out.exists() and not out.is_dir():
-        raise ConfigError(f"out={out} is a file.\nGive a folder.")
     study = _study_of(config)
     made = write_study(study, out, title=str(config.title))
     print(terms_words(study))
@@ -205,8 +218,6 @@ def _study_of(config: Any) -> Study:
     """
     folders = find_arms(dict(config.arms), config.study)
     arms = {n: [read_run(folder, arm=n) for folder in where] for n, where in folders.items()}
-    declared = parameters_of(ArmsSettings)
-    for name, parameter in declared.items():
-        check_value(name, config[name], parameter)
+    check_own(config, ArmsSettings)
     terms = {one.name: config[one.name] for one in dataclasses.fields(AnalysisPlan)}
     return compare(arms, AnalysisPlan(**terms))

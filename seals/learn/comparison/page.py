@@ -1,13 +1,19 @@
-"""Report of a comparison: HTML page, picture, JSON file."""
+"""Results of a comparison of arms: numbers, sentences, tables, and their page."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from seals.learn.comparison.outcome import Band, Study
-from seals.learn.comparison.words import arm_rows, claims, comparison_rows, run_rows, terms_words
+from seals.arrays import Floats
+from seals.learn.comparison.runs import Run
+from seals.learn.comparison.settings import AnalysisPlan
+from seals.learn.statistics.curve import LAST
+from seals.learn.statistics.interval import Interval
 from seals.logs.atomic import write_json
 from seals.report import (
     Bar,
@@ -129,7 +135,7 @@ def _sections(study: Study) -> list[Section]:
             title="Every run",
             blocks=[
                 Choice(label="arm", options=groups),
-                Fold(title="Scores of every run", blocks=[_table(run_rows(study))]),
+                Fold(title="Scores of every run", blocks=[_table(_run_rows(study))]),
             ],
         )
     )
@@ -159,3 +165,244 @@ def _bars(study: Study) -> list[Block]:
         )
     title = f"Probability of improvement over {study.terms.reference}, {study.terms.level:.0%}"
     return [Bars(title=title, x_label="probability", bars=bars, marks=half)]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Band:
+    """Interquartile mean of an arm's learning curves, with interval.
+
+    Args:
+        x: shape (points,).
+        line: interquartile mean of the runs, shape (points,).
+        low: lower limit at each point.
+        high: upper limit at each point.
+        runs: each run's curve, shape (runs, points).
+    """
+
+    x: Floats
+    line: Floats
+    low: Floats
+    high: Floats
+    runs: Floats
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arm:
+    """Results of one arm: runs, scores with intervals, learning curves.
+
+    Args:
+        name: of the arm.
+        runs: that belong to it.
+        scores: of each run by metric, each of shape (runs,).
+        middle: interquartile mean of the scores by metric.
+        band: its curves over the budget.
+        clock: its curves over seconds, or None where the runs did not say.
+    """
+
+    name: str
+    runs: Sequence[Run]
+    scores: Mapping[str, Floats]
+    middle: Mapping[str, Interval]
+    band: Band
+    clock: Band | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return runs with their scores, interval of the mean, and curves, as plain data."""
+        bands = {"over_budget": self.band, "over_seconds": self.clock}
+        return {
+            "runs": [
+                {
+                    "folder": run.folder,
+                    "seed": run.seed,
+                    "state": run.state,
+                    **{key: float(values[k]) for key, values in self.scores.items()},
+                }
+                for k, run in enumerate(self.runs)
+            ],
+            "iqm": {key: list(value) for key, value in self.middle.items()},
+            "curves": {
+                key: {n: getattr(band, n) for n in ("x", "line", "low", "high")}
+                for key, band in bands.items()
+                if band is not None
+            },
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmComparison:
+    """Comparison of two arms in one metric.
+
+    Args:
+        arm: in question.
+        against: the reference.
+        metric: by name.
+        improvement: probability that a run of the arm scores higher; claims go by this.
+        bootstrap: the same with the interval that published tables use.
+        p: exact two-sided p of the rank-sum test.
+        pairs: share of paired seeds in which the arm is above, or None without pairs.
+    """
+
+    arm: str
+    against: str
+    metric: str
+    improvement: Interval
+    bootstrap: Interval
+    p: float
+    pairs: Interval | None
+
+    @property
+    def verdict(self) -> str:
+        """Return ``better``, ``worse`` or ``open``, as the interval allows."""
+        if self.improvement.low > 0.5:
+            return "better"
+        return "worse" if self.improvement.high < 0.5 else "open"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Study:
+    """Arms, their comparisons, and the analysis plan.
+
+    Args:
+        terms: with budget and reference filled in.
+        arms: in the order given.
+        duels: of every arm with the reference, in every metric.
+        remarks: what a reader must know before believing the table.
+    """
+
+    terms: AnalysisPlan
+    arms: Sequence[Arm]
+    duels: Sequence[ArmComparison]
+    remarks: Sequence[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data."""
+        return {
+            "terms": vars(self.terms),
+            "remarks": list(self.remarks),
+            "arms": {a.name: a.to_dict() for a in self.arms},
+            "duels": [
+                {
+                    **{
+                        key: getattr(d, key) for key in ("arm", "against", "metric", "p", "verdict")
+                    },
+                    "improvement": list(d.improvement),
+                    "bootstrap": list(d.bootstrap),
+                    "pairs": None if d.pairs is None else list(d.pairs),
+                }
+                for d in self.duels
+            ],
+        }
+
+
+METRIC_NAMES = {"area": "area under the curve", "last": f"mean of the last {LAST:.0%}"}
+_SAYS = {
+    ("area", "better"): "learns faster than",
+    ("area", "worse"): "learns more slowly than",
+    ("last", "better"): "ends higher than",
+    ("last", "worse"): "ends lower than",
+}
+_SAYS_OF_OTHERS = {
+    ("area", "better"): "lies above",
+    ("area", "worse"): "lies below",
+    **{key: words for key, words in _SAYS.items() if key[0] == "last"},
+}
+"""Where the value is none that learning raises, such as a distance."""
+
+Rows = list[tuple[str, ...]]
+
+
+def claims(study: Study) -> list[str]:
+    """Return one sentence per comparison: the claim that its interval supports, or ``open``."""
+    return [_claim(duel, study) for duel in study.duels]
+
+
+def _claim(duel: ArmComparison, study: Study) -> str:
+    found = duel.improvement
+    chance = (
+        f"probability of improvement {found.value:.2f}, {study.terms.level:.0%} interval "
+        f"{found.low:.2f} to {found.high:.2f}"
+    )
+    if duel.verdict == "open":
+        return (
+            f"{duel.arm} against {duel.against}, {METRIC_NAMES[duel.metric]}: "
+            f"no difference is shown ({chance})."
+        )
+    says = _SAYS if study.terms.value in ("success", "return") else _SAYS_OF_OTHERS
+    return f"{duel.arm} {says[duel.metric, duel.verdict]} {duel.against} ({chance})."
+
+
+def arm_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
+    """Return header and rows of the table of arms."""
+    level = f"{study.terms.level:.0%}"
+    head = (
+        "arm",
+        "runs",
+        *(f"{METRIC_NAMES[key]}, IQM ({level})" for key in METRIC_NAMES),
+        "lowest run, end",
+        "highest run, end",
+    )
+    rows = [
+        (
+            arm.name,
+            str(len(arm.runs)),
+            *(arm.middle[key].text(3) for key in METRIC_NAMES),
+            f"{arm.scores['last'].min():.3f}",
+            f"{arm.scores['last'].max():.3f}",
+        )
+        for arm in study.arms
+    ]
+    return head, rows
+
+
+def comparison_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
+    """Return header and rows of the table of comparisons."""
+    head = (
+        f"against {study.terms.reference}",
+        "metric",
+        "P(improvement)",
+        "the same, bootstrap",
+        "paired seeds above",
+        "exact p",
+        "verdict",
+    )
+    return head, [
+        (
+            duel.arm,
+            METRIC_NAMES[duel.metric],
+            duel.improvement.text(),
+            duel.bootstrap.text(),
+            "no pairs" if duel.pairs is None else duel.pairs.text(),
+            f"{duel.p:.4f}" if duel.p >= 1e-4 else "<0.0001",
+            duel.verdict,
+        )
+        for duel in study.duels
+    ]
+
+
+def _run_rows(study: Study) -> tuple[tuple[str, ...], Rows]:
+    """Return header and rows of the table of all runs."""
+    head = ("arm", "seed", *METRIC_NAMES.values(), "state", "folder")
+    rows = []
+    for arm in study.arms:
+        for k, run in enumerate(arm.runs):
+            seed = "" if run.seed is None else str(run.seed)
+            scores = (f"{arm.scores[key][k]:.3f}" for key in METRIC_NAMES)
+            rows.append((arm.name, seed, *scores, run.state, run.folder.as_posix()))
+    return head, rows
+
+
+def terms_words(study: Study) -> str:
+    """Return the analysis plan of the comparison in a sentence."""
+    terms = study.terms
+    return (
+        f"{terms.value} over {terms.over} up to {terms.budget:g}; reference {terms.reference}; "
+        f"{terms.level:.0%} intervals, {terms.resamples} resamples of whole runs, "
+        f"seed {terms.seed}."
+    )
+
+
+def text_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as lines of text, columns aligned."""
+    from seals.text_table import table
+
+    return table([tuple(head), *(tuple(row) for row in rows)], indent="")

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from seals.field_roles import roles
-from seals.learn.statistics.bootstrap import RESAMPLES
-from seals.learn.statistics.interval import LEVEL
+from seals.learn.statistics.interval import LEVEL, RESAMPLES
 from seals.schema import setting
 
 

@@ -7,15 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from seals.config.compose import output_folder
-from seals.errors import ConfigError, refuse_unlisted, suggestion
+from seals.errors import ConfigError, refuse_unlisted
 from seals.file_names import refuse_taken
 from seals.learn.demonstrations.episode import Demonstrations, Episode, Origin, Who
 from seals.learn.demonstrations.exchange import write_hdf5
 from seals.learn.demonstrations.folder import read, write
 from seals.learn.demonstrations.recording import record
+from seals.learn.demonstrations.settings import RecordSettings
 from seals.learn.devices import usable_device
 from seals.learn.learner import need_torch
 from seals.learn.metadata import world_config, world_hash
+from seals.learn.settings import check_own
 from seals.learn.shipped import demonstrations_folder
 from seals.learn.starts import training_seed
 
@@ -143,15 +145,9 @@ def _before(config: Any) -> Demonstrations | None:
 
 def _refuse(config: Any) -> None:
     """Refuse invalid numbers and words of a recording, and paths that are taken."""
-    for key in ("episodes", "most"):
-        if config[key] < 1:
-            raise ConfigError(f"{key}={config[key]} is not allowed.\nAllowed: {key}=1 or more.")
-    if not 0.0 <= config.noise <= 1.0:
-        raise ConfigError(f"noise={config.noise} is not allowed.\nAllowed: noise from 0 to 1.")
-    refuse_unlisted(str(config.keep), KEEP, f"keep={config.keep} is unknown")
-    if config.who not in [who.value for who in Who]:
-        words = suggestion(str(config.who), [who.value for who in Who])
-        raise ConfigError(f"who={config.who} is unknown.\n{words}")
+    check_own(config, RecordSettings)
+    for key, allowed in (("keep", KEEP), ("who", [who.value for who in Who])):
+        refuse_unlisted(str(config[key]), allowed, f"{key}={config[key]} is unknown")
     for key in ("out", "hdf5"):
         if config[key]:
             refuse_taken(str(config[key]), key=key)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from seals.errors import ConfigError, MissingExtra, optional_import
 from seals.learn.demonstrations.episode import Demonstrations
-from seals.learn.demonstrations.metadata import metadata_of
+from seals.learn.demonstrations.folder import metadata_of
 from seals.logs.atomic import atomic_path
 
 _SMALL = 4096

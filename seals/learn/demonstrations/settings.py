@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from seals.field_roles import roles
+from seals.learn.learner import MOST
 from seals.learn.settings import LearnSettings
+from seals.schema import count, setting
 
 
 @roles(data="name keep who device", read="policy labels after", write="hdf5 minari out")
@@ -36,14 +38,14 @@ class RecordSettings(LearnSettings):
 
     name: str = "record"
     policy: str = "scripted"
-    episodes: int = 10
+    episodes: int = count(10, bounds=(1, MOST))
     first: int = 0
-    noise: float = 0.0
+    noise: float = setting(0.0, "1", bounds=(0.0, 1.0), source="chosen")
     labels: str | None = None
     after: str | None = None
     keep: str = "successes"
     who: str = "scripted"
-    most: int = 10
+    most: int = count(10, bounds=(1, MOST))
     device: str = "cpu"
     hdf5: str | None = None
     minari: str | None = None

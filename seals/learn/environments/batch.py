@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, as_like, namespace, on_accelerator, some
-from seals.learn.batched import StepResult
-from seals.learn.environments.episode_frame import FrameCallback
+from seals.errors import ConfigError
+from seals.learn.batched import StepResult, picked
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
-from seals.learn.environments.machine_verdict import MachineVerdict
-from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.observations import picked
+from seals.learn.environments.machine_twin import MachineVerdict
+from seals.learn.environments.simulator import BatchSimulator, FrameCallback
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied, mapped
@@ -24,6 +23,7 @@ from seals.tensor_compiler import compile_law
 if TYPE_CHECKING:
     from torch import Tensor
 
+    from seals.learn.environments.batch_cameras import BatchCameras
     from seals.learn.recorded import Recorded
 
 FEW = 4
@@ -54,6 +54,9 @@ class Environments:
     A simulator of pure laws is compiled, and recorded on an accelerator: there starts are drawn
     ahead, so that a step takes no decision on the processor.
 
+    With cameras, observations are a mapping of ``state`` and ``pixels``: the colours of all cameras
+    at this control step and those before, because velocities cannot be seen in one picture.
+
     Args:
         simulator: of the N robots.
         task: bound to the robot.
@@ -61,12 +64,15 @@ class Environments:
         device: of all tensors.
         seed: of the starts that are not asked for by seed.
         renew: whether episodes that end begin anew in the same step.
+        cameras: of the robots, or None.
+        frames: control steps in the pictures of an observation; at a start all of them show it.
 
     Attributes:
         reached: what the last step reached, before episodes that ended began anew.
-    """
 
-    pixels: tuple[int, int, int] | None = None
+    Raises:
+        ConfigError: fewer frames than one.
+    """
 
     def __init__(
         self,
@@ -77,8 +83,12 @@ class Environments:
         device: str,
         seed: int = 0,
         renew: bool = True,
+        cameras: BatchCameras | None = None,
+        frames: int = 1,
     ) -> None:
         """Store the sizes; there is no scene before the first reset."""
+        if frames < 1:
+            raise ConfigError(f"frames={frames} shows nothing.\nAllowed: 1 or more.")
         self.simulator, self.task, self.count, self.device = simulator, task, count, device
         self.robot, self.episodes = simulator.robot, Episodes(task)
         self.observation_size = len(task.observation_names)
@@ -95,6 +105,12 @@ class Environments:
         self._scene: Any = None
         self._told: Any = None
         self.reached: Any = None
+        self.cameras, self._frames = cameras, frames
+        self._film: Any = None
+        self.pixels: tuple[int, int, int] | None = None
+        if cameras is not None:
+            channels, height, width = cameras.shape
+            self.pixels = (channels * frames, height, width)
 
     @property
     def now(self) -> Instant:
@@ -114,11 +130,14 @@ class Environments:
         """Return the actions of the task's scripted policy, shape (N, a)."""
         return self._as_tensor(self.task.scripted_policy(self.perceived))
 
-    def reset(self, seeds: Sequence[int] | None = None) -> Tensor:
+    def reset(self, seeds: Sequence[int] | None = None) -> Any:
         """Reset all environments; see `seals.learn.batched.Batched`."""
+        if self.cameras is not None and seeds is not None:
+            self.cameras.seed(seeds[0])
         draw, seeds = self._drawn(range(self.count), seeds)
         self._set(self._opened(*self.simulator.begin(draw, None, seeds)))
-        return self._observation(self._perceive(self._scene.now, None))
+        self._film = None
+        return self._with_film(self._observation(self._perceive(self._scene.now, None)))
 
     def begin_anew(self, rows: Any) -> Any:
         """Restart the episodes of the selected rows, bool (N,); return all observations."""
@@ -127,7 +146,8 @@ class Environments:
         mask = as_like(np.asarray(rows, dtype=float), self.simulator.like) > 0.5
         chance = self._starts.chances(self.count, self._generator) if self._starts else None
         self._set(self._reset_ended(self._scene, mask, chance))
-        return self._observation(self._perceive(self._scene.now, mask))
+        state = self._observation(self._perceive(self._scene.now, mask))
+        return self._with_film(state, rows)
 
     def step(self, action: Tensor) -> StepResult:
         """Step all environments; see `seals.learn.batched.Batched`."""
@@ -156,7 +176,28 @@ class Environments:
             if callback is not None and not self.simulator.films:
                 callback(self.simulator.frame(self.reached))
             self._refuse_undefined("reward", found.reward)
-            return found
+            if self.cameras is None:
+                return found
+            image, ended = self.cameras.look(self.reached), found.terminated | found.truncated
+            self._film = torch.cat([self._film[:, image.shape[1] :], image], 1)
+            final = {"state": found.final, "pixels": self._film}
+            seen = {"state": found.observation, "pixels": self._film}
+            if bool(ended.any()):
+                seen = self._with_film(found.observation, ended)
+            return found._replace(observation=seen, final=final)
+
+    def _with_film(self, state: Tensor, rows: Any = None) -> Any:
+        """Return observations, where there are cameras beside the pictures of rows that begin."""
+        if self.cameras is None:
+            return state
+        import torch
+
+        still = self.cameras.look(self.now).repeat(1, self._frames, 1, 1)
+        if rows is not None:
+            fresh = torch.as_tensor(rows, device=still.device)[:, None, None, None]
+            still = torch.where(fresh, still, self._film)
+        self._film = still
+        return {"state": state, "pixels": still}
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with random numbers for the episodes that begin."""
@@ -270,7 +311,9 @@ class Environments:
         found["parts"] = _plain(scene)
         if self._generator is not None:
             found["generator"] = self._generator.get_state()
-        return found
+        if self.cameras is None:
+            return found
+        return {"twins": found, "film": self._film.clone(), "noise": self.cameras.snapshot()}
 
     def restore(self, kept: Any) -> None:
         """Restore a snapshot of environments of the same settings.
@@ -278,14 +321,18 @@ class Environments:
         Raises:
             NotImplementedError: see `snapshot`.
         """
+        parts = kept if self.cameras is None else kept["twins"]
         if self._scene is None:
             self.reset()
-        self._rng.bit_generator.state = json.loads(kept["random"])
-        scene = _rebuilt(kept["parts"], self._scene)
-        self._set(scene._replace(robots=self.simulator.restore(kept, scene.robots)))
+        self._rng.bit_generator.state = json.loads(parts["random"])
+        scene = _rebuilt(parts["parts"], self._scene)
+        self._set(scene._replace(robots=self.simulator.restore(parts, scene.robots)))
         self._told = self._scene.now
         if self._generator is not None:
-            self._generator.set_state(kept["generator"].cpu())
+            self._generator.set_state(parts["generator"].cpu())
+        if self.cameras is not None:
+            self._film = kept["film"].to(self.device)
+            self.cameras.restore(kept["noise"])
 
     def set_frame_callback(self, callback: FrameCallback | None) -> None:
         """Set a callback that receives the first robot's frames, or None; the present one at once.
@@ -299,6 +346,8 @@ class Environments:
     def close(self) -> None:
         """Release the simulator, and compiled and recorded functions, which refer to these."""
         self._compiled = self._recorded = None
+        if self.cameras is not None:
+            self.cameras.close()
         self.simulator.close()
 
     def _set(self, scene: Scene) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,8 +12,7 @@ from seals.errors import ConfigError, suggestion
 from seals.learn.batched import Batched
 from seals.learn.environments.batch import Environments
 from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.task import ActionMode
-from seals.learn.task_contract import require_task
+from seals.learn.task import ActionMode, require_task
 from seals.plugin_options import options_of
 from seals.registry import names
 from seals.robot.build import build_robot
@@ -107,7 +105,7 @@ def batched_of(
     settings, task = build_learning(config)
     require_task(type(task).__name__, task, build_robot(settings.robot))
     simulator: BatchSimulator
-    batch: Any = Environments
+    pictures: dict[str, Any] = {}
     if hasattr(settings.backend, "interval"):
         from seals.learn.environments.twin import TwinSimulator
 
@@ -121,13 +119,12 @@ def batched_of(
         )
         if any(map(sees, settings.sensors.values())):
             from seals.learn.environments.batch_cameras import BatchCameras
-            from seals.learn.environments.pixels import PixelEnvironments
 
             robot, ball = simulator.robot, float(config.ball)
             cameras = BatchCameras(
                 settings, robot, task.posture, ball=ball, device=device, seed=seed
             )
-            batch = functools.partial(PixelEnvironments, cameras, int(config.frames))
+            pictures = {"cameras": cameras, "frames": int(config.frames)}
     elif hasattr(settings.backend, "worlds") and device != "cpu":
         from seals.learn.environments.warp_worlds import DivingWorlds, WalkingWorlds
 
@@ -144,5 +141,6 @@ def batched_of(
             # a scene belongs to one backend object: each world is built from the configuration anew
             worlds.append(FullWorld(*build_learning(config), episodes=episodes))
         simulator = WorldsInTurn(worlds)
-    found: Batched = batch(simulator, task, count=count, device=device, seed=seed, renew=renew)
-    return found
+    return Environments(
+        simulator, task, count=count, device=device, seed=seed, renew=renew, **pictures
+    )

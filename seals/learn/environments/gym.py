@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from seals.errors import ConfigError, refuse_unlisted
 from seals.learn.environments.build import batched_of
-from seals.learn.environments.episode_frame import EpisodeFrame
 from seals.learn.environments.episodes import FARTHEST
 from seals.pytree import mapped
 
@@ -25,6 +24,8 @@ ENGINE = "mujoco"
 """Engine of environments of one robot that name none: the quickest with contacts."""
 MODES = ("human", "rgb_array")
 """Ways in which one environment is drawn."""
+GOAL = 3
+"""Numbers of a goal: a place in the world [m]."""
 Numbers = NDArray[np.float32]
 
 
@@ -68,17 +69,10 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         overrides: Sequence[str] = (),
         render_mode: str | None = None,
     ) -> None:
-        """Build the world once; every episode resets it."""
         if render_mode is not None:
             refuse_unlisted(str(render_mode), MODES, f"render_mode={render_mode}")
         config = composed(env, backend or ENGINE, overrides)
-        self.render_mode = render_mode
-        self._picture: Any = None
-        self._frame: Any = None
-        if render_mode is not None:
-            from seals.learn.picture import Picture
-
-            self._picture = Picture(config)
+        self.render_mode, self._picture = render_mode, _picture_of(config, render_mode)
         self._batched: Any = batched_of(config, count=1, lasting=True, coded=True)
         self.metadata = {**type(self).metadata, "render_fps": float(config.task.rate)}
         self.observation_space: Any
@@ -92,9 +86,7 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         start = int(self.np_random.integers(1_000_000_000)) if seed is None else seed
         found = _numbers(self._batched.reset([start]), 0)
         if self._picture is not None:
-            # a callback is told at once what stands where
-            self._batched.set_frame_callback(self._see)
-            self._picture.begin(self._frame)
+            self._picture.begin(self._batched)
             self._show()
         return found, {}
 
@@ -119,9 +111,9 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
 
         None without ``render_mode="rgb_array"``: a window is drawn by every step.
         """
-        if self.render_mode != "rgb_array" or self._frame is None:
+        if self.render_mode != "rgb_array" or self._picture.frame is None:
             return None
-        found: NDArray[np.uint8] = self._picture.image(self._frame)
+        found: NDArray[np.uint8] = self._picture.image()
         return found
 
     def close(self) -> None:
@@ -130,12 +122,86 @@ class SealsEnv(gymnasium.Env[Numbers, Numbers]):
         if self._picture is not None:
             self._picture.close()
 
-    def _see(self, frame: EpisodeFrame) -> None:
-        self._frame = frame
-
     def _show(self) -> None:
         if self.render_mode == "human":
-            self._picture.show(self._frame, self._batched.task.rate)
+            self._picture.show()
+
+
+class SealsGoalEnv(SealsEnv):
+    """Environment of one robot whose goal can be replaced afterwards (hindsight).
+
+    Observations are a mapping: ``observation`` without the target, ``achieved_goal``, the place of
+    the hand, and ``desired_goal``, that of the target, world [m], shape (3,) each.
+
+    Equation:
+        r = -1 for |achieved - desired| > d, else 0, with the success distance d of the task; with
+        ``dense`` r = -|achieved - desired|.
+
+    Args:
+        env: recipe of the group ``env`` whose task knows ``task.sight``.
+        backend: as in `SealsEnv`.
+        overrides: Hydra overrides.
+        render_mode: as in `SealsEnv`.
+        dense: whether the reward is the distance itself.
+
+    References:
+        Andrychowicz et al. 2017, arXiv 1707.01495 (hindsight experience replay); Plappert et al.
+        2018, arXiv 1802.09464 (the interface).
+    """
+
+    def __init__(
+        self,
+        env: str,
+        *,
+        backend: str = "",
+        overrides: Sequence[str] = (),
+        render_mode: str | None = None,
+        dense: bool = False,
+    ) -> None:
+        # only ``desired_goal`` tells the target
+        words = ["task.sight=blind", *overrides]
+        super().__init__(env, backend=backend, overrides=words, render_mode=render_mode)
+        self._dense, self._within = dense, float(self._batched.task.success_distance)
+        place = spaces.Box(-FARTHEST, FARTHEST, (GOAL,), np.float32)
+        self.observation_space = spaces.Dict(
+            {"observation": self.observation_space, "achieved_goal": place, "desired_goal": place}
+        )
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Reset the environment; the seed determines the initial state and the goal."""
+        seen, facts = super().reset(seed=seed, options=options)
+        return self._with_goals(seen, self._batched.now), facts
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Step one control period; the reward is that of `compute_reward`."""
+        seen, _, terminated, truncated, facts = super().step(action)
+        found = self._with_goals(seen, self._batched.reached)
+        reward = self.compute_reward(found["achieved_goal"], found["desired_goal"], facts)
+        return found, float(reward), terminated, truncated, facts
+
+    def compute_reward(
+        self, achieved_goal: Any, desired_goal: Any, info: Any
+    ) -> NDArray[np.float32]:
+        """Return the rewards of achieved under wanted goals, shape (...), of goals (..., 3).
+
+        Args:
+            achieved_goal: places of the hand [m].
+            desired_goal: places that were wanted [m].
+            info: not looked at.
+        """
+        away = np.linalg.norm(np.asarray(achieved_goal) - np.asarray(desired_goal), axis=-1)
+        found = -away if self._dense else -(away > self._within).astype(float)
+        return np.asarray(found, dtype=np.float32)
+
+    @staticmethod
+    def _with_goals(seen: Any, now: Any) -> dict[str, Any]:
+        hand, target = (
+            np.array(x[0].cpu() if hasattr(x, "cpu") else x[0], dtype=np.float32)
+            for x in (now.tool, now.target)
+        )
+        return {"observation": seen, "achieved_goal": hand, "desired_goal": target}
 
 
 class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
@@ -170,7 +236,6 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         render_mode: str | None = None,
     ) -> None:
-        """Build all environments."""
         modes = {mode.value: mode for mode in AutoresetMode}
         mode = autoreset_mode if isinstance(autoreset_mode, str) else autoreset_mode.value
         refuse_unlisted(str(mode), modes, f"autoreset_mode={mode}")
@@ -194,12 +259,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._ended = np.zeros(num_envs, dtype=bool)
-        self._picture: Any = None
-        self._frame: Any = None
-        if render_mode is not None:
-            from seals.learn.picture import Picture
-
-            self._picture = Picture(config)
+        self._picture = _picture_of(config, render_mode)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: Any = None
@@ -231,8 +291,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
             seeds = [f if s is None else int(s) for s, f in zip(seed, fresh, strict=True)]
         found = _numbers(self.batched.reset(seeds))
         if self._picture is not None:
-            self.batched.set_frame_callback(self._see)
-            self._picture.begin(self._frame)
+            self._picture.begin(self.batched)
         return found, {}
 
     def step(
@@ -262,7 +321,8 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Return the picture of the first robot, in a tuple; None without ``render_mode``."""
-        return None if self._frame is None else (self._picture.image(self._frame),)
+        seen = self._picture is not None and self._picture.frame is not None
+        return (self._picture.image(),) if seen else None
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release all worlds, and the renderer."""
@@ -270,8 +330,14 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         if self._picture is not None:
             self._picture.close()
 
-    def _see(self, frame: EpisodeFrame) -> None:
-        self._frame = frame
+
+def _picture_of(config: Any, render_mode: str | None) -> Any:
+    """What draws the first robot; None where nothing is drawn."""
+    if render_mode is None:
+        return None
+    from seals.learn.film import Picture
+
+    return Picture(config)
 
 
 def _spaces(batched: Any) -> tuple[Any, Any]:

@@ -14,10 +14,9 @@ from seals.environment.sampler import hulls_of
 from seals.environment.wetting import WettingWhole
 from seals.errors import ConfigError
 from seals.frames import matrix_of, quaternion_of, rotate
-from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame
+from seals.learn.batched import picked
 from seals.learn.environments.machine_twin import MachineLaw
-from seals.learn.environments.simulator import BatchSimulator
-from seals.learn.observations import picked
+from seals.learn.environments.simulator import ActorPose, BatchSimulator, EpisodeFrame
 from seals.learn.task import Draw, Instant, Task, WorldTask, tool_of, wanted_of
 from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel

@@ -13,9 +13,13 @@ from seals.backend import Configuration
 from seals.control import Reference
 from seals.errors import ConfigError, PhysicsError, suggestion
 from seals.frames import quaternion_of_rpy
-from seals.learn.environments.episode_frame import ActorPose, EpisodeFrame, FrameCallback
 from seals.learn.environments.facts import Facts
-from seals.learn.environments.simulator import BatchSimulator
+from seals.learn.environments.simulator import (
+    ActorPose,
+    BatchSimulator,
+    EpisodeFrame,
+    FrameCallback,
+)
 from seals.learn.task import (
     Draw,
     Instant,

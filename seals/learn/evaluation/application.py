@@ -19,12 +19,19 @@ from seals.config.overrides import key_of
 from seals.errors import ConfigError, suggestion
 from seals.field_roles import roles
 from seals.learn.devices import usable_device
-from seals.learn.evaluation.page import rows_of, sentences, write_results
+from seals.learn.evaluation.page import (
+    EvaluationResult,
+    rows_of,
+    sentences,
+    summarise,
+    write_results,
+)
 from seals.learn.evaluation.policies import policy_of
-from seals.learn.evaluation.result import EvaluationResult, summarise
+from seals.learn.evaluation.settings import EvaluateSettings
 from seals.learn.film import FILM, film, refuse_unfilmed
 from seals.learn.learner import need_torch
 from seals.learn.metadata import world_hash
+from seals.learn.settings import check_own
 from seals.learn.starts import held_out_seeds
 
 
@@ -164,13 +171,11 @@ def execute(config: Any) -> int:
         SealsError: a policy or a world cannot be used.
         MissingExtra: the packages for learning are not installed.
     """
-    from seals.learn.comparison.words import text_table
+    from seals.learn.comparison.page import text_table
     from seals.run.progress import progress
 
     need_torch()
     out = output_folder(config.out)
-    if out.exists() and not out.is_dir():
-        raise ConfigError(f"out={out} is a file.\nGive a folder.")
     trials = _trials_of(config, base=job_overrides())
     found: list[EvaluationResult] = []
     facts = {
@@ -212,11 +217,7 @@ def _trials_of(config: Any, *, base: Sequence[str]) -> list[_Trial]:
     Raises:
         ConfigError: a number makes no sense, or a variant cannot be composed.
     """
-    if config.episodes < 1 or config.count < 0:
-        raise ConfigError(
-            f"episodes={config.episodes}, count={config.count} is not allowed.\n"
-            "Allowed: episodes=1 or more, count=0 or more; with count=0 the backend determines it."
-        )
+    check_own(config, EvaluateSettings)
     policy = str(config.policy)
     names = list(dict.fromkeys([policy, *map(str, config.beside)]))
     trials = [_Trial.of(name, "", config, Variant(), config) for name in names]

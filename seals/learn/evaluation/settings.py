@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals import schema
 from seals.field_roles import roles
+from seals.learn.learner import MOST
 from seals.learn.settings import LearnSettings
 
 
@@ -30,8 +32,8 @@ class EvaluateSettings(LearnSettings):
     name: str = "evaluate"
     policy: str = "scripted"
     beside: list[str] = field(default_factory=lambda: ["scripted", "random"])
-    episodes: int = 100
-    count: int = 0
+    episodes: int = schema.count(100, bounds=(1, MOST))
+    count: int = schema.count(0, bounds=(0, MOST))
     device: str = "cpu"
     grid: Any = None
     film: bool = False

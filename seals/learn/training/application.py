@@ -20,17 +20,16 @@ from seals.errors import ConfigError, SealsError
 from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces, need_torch
 from seals.learn.metadata import config_hash, world_hash
+from seals.learn.settings import check_own
 from seals.learn.starts import training_seed
 from seals.learn.training.checkpoint import FILE
-from seals.learn.training.loop import POLICY, Outcome, Training
-from seals.learn.training.resumption import stopping, take_up
+from seals.learn.training.loop import POLICY, Outcome, Training, stopping, take_up
 from seals.learn.training.schedule import TrainingSchedule
 from seals.learn.training.settings import OWN, TrainSettings
 from seals.learn.training.tracking import tracker_of
 from seals.logs.atomic import write_json
 from seals.robot.build import build_robot
 from seals.run.progress import progress, spoken
-from seals.schema import check_value, parameters_of
 
 
 @contextlib.contextmanager
@@ -40,11 +39,6 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
 
     device = usable_device(str(config.device))
     count, episodes = int(config.count), int(config.course.episodes)
-    if count < 1 or config.judges < 0:
-        raise ConfigError(
-            f"count={count}, judges={config.judges} is not allowed.\n"
-            "Allowed: count=1 or more, judges=0 or more."
-        )
     judges = int(config.judges) or (episodes if "interval" in config.backend else 1)
     seed = training_seed(int(config.seed))
     values = _randomised_parameters(config, count, seed)
@@ -71,7 +65,6 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
         ConfigError: an engine holds one robot a world, whose parameters are those configured.
     """
     share = float(config.varied)
-    check_value("varied", share, parameters_of(TrainSettings)["varied"])
     diagnosis = config.varied_from
     if share == 0.0 and diagnosis is None:
         return None
@@ -82,8 +75,7 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
             "Use backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
-    from seals.learn.environments.domain_randomisation import drawn_parameters
-    from seals.learn.environments.posterior import posterior_of
+    from seals.learn.environments.posterior import drawn_parameters, posterior_of
 
     settings = build_learning(config)[0]
     effects = settings.effects
@@ -223,6 +215,7 @@ def _train_into(
     import torch
 
     torch.set_num_threads(max(1, int(config.threads)))
+    check_own(config, TrainSettings)
     course = _schedule(config)
     facts = _facts(config, overrides or [])
     if config.film:

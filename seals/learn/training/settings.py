@@ -6,7 +6,9 @@ import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
+from seals import schema
 from seals.field_roles import roles
+from seals.learn.learner import MOST
 from seals.learn.settings import LearnSettings
 from seals.learn.training.schedule import TrainingSchedule
 from seals.schema import setting
@@ -43,8 +45,8 @@ class TrainSettings(LearnSettings):
     name: str = "train"
     learner: Any = None
     course: TrainingSchedule = field(default_factory=TrainingSchedule)
-    count: int = 64
-    judges: int = 0
+    count: int = schema.count(64, bounds=(1, MOST))
+    judges: int = schema.count(0, bounds=(0, MOST))
     device: str = "cpu"
     threads: int = 1
     demonstrations: str | None = None

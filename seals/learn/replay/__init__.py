@@ -1,1 +1,0 @@
-"""Replay buffer: n-step returns, protected demonstrations, priorities."""
