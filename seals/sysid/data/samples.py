@@ -201,7 +201,7 @@ def _refuse_partial_pose(
             raise LogError(
                 f"log '{name}': no sample of {' and '.join(missing)} in rows {first} to {last}.\n"
                 "A diagnosis uses the measured pose: position and orientation in every run, or the "
-                "depth instead of position_z. Keep the rows that have it, span= of seals convert, or "
+                "depth instead of position_z. Keep rows that have it, span= of seals convert, or "
                 "delete the columns of the position and give initial_state in meta.yaml."
             )
 
