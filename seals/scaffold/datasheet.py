@@ -124,11 +124,6 @@ def _channel(stem: str, sigma: float, facts: FlightFacts) -> str:
         # noise as large is no filter's: what a sensor shows is its error
         least = 0.0
     source = "measured" if sigma >= least else "assumed: its noise is smaller, but not its error"
-    if not math.isfinite(sigma):
-        least = _LEAST.get(stem, 0.0)
-        if least <= 0.0:
-            return f"# {stem}: too few samples to measure its noise; state sigma, rate and unit"
-        sigma, source = least, "assumed: too few samples to measure its noise"
     if stem in facts.differing:
         other = "gyroscope" if stem == "orientation" else "pose"
         source = f"measured: differs so much from the {other}; its white noise is {_figure(sigma)}"
