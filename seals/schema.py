@@ -39,7 +39,7 @@ class Parameter:
     Args:
         unit: SI unit as text, ``"1"`` for a pure number.
         bounds: lowest and highest admissible value, in ``unit``.
-        tolerance: one standard deviation of a nominal value, in ``unit`` or, when ``relative``, as
+        tolerance: one standard deviation of a stated value, in ``unit`` or, when ``relative``, as
             a share.
         relative: whether ``tolerance`` is a share of the value.
         source: where the default or the law comes from; ``"chosen"`` marks a choice.

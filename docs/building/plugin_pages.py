@@ -1,4 +1,4 @@
-"""The reference of plug-ins: one page a kind, made from the classes themselves."""
+"""The reference of plug-ins: a list a kind and a page each, made from the classes themselves."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ def pages() -> dict[str, str]:
     """Return the pages in Markdown by their place on the site, an overview first."""
     found = {"reference/index.md": _overview()}
     for kind, title in TITLES.items():
-        parts = [f"# {title}", f"`seals describe {kind} NAME` prints the same."]
-        parts += [_chapter(plugin) for plugin in installed(kind)]
-        found[f"reference/{kind}.md"] = "\n\n".join(parts) + "\n"
+        parts = [f"# {title}", f"`seals describe {kind} NAME` prints what each page contains."]
+        found[f"reference/{kind}.md"] = "\n\n".join([*parts, _listed(kind)]) + "\n"
+        for plugin in installed(kind):
+            found[f"reference/{kind}/{plugin.name}.md"] = _page(plugin) + "\n"
     return found
 
 
@@ -45,20 +46,22 @@ def _overview() -> str:
         "configurations use: `robot=aam`, `+effect@effects.breeze=wind`, `guide=hover`.",
     ]
     for kind, title in TITLES.items():
-        rows = [
-            f"| [`{plugin.name}`]({kind}.md#{_anchor(plugin.name)}) | {_cell(plugin.summary)} |"
-            for plugin in installed(kind)
-        ]
-        parts += [f"## {title}", "\n".join(["| name | |", "|---|---|", *rows])]
+        parts += [f"## {title}", _listed(kind)]
     return "\n\n".join(parts) + "\n"
 
 
-def _chapter(plugin: registry.Plugin) -> str:
+def _listed(kind: str) -> str:
+    """The plug-ins of one kind, each with its page."""
+    rows = [f"| [`{p.name}`]({kind}/{p.name}.md) | {_cell(p.summary)} |" for p in installed(kind)]
+    return "\n".join(["| name | |", "|---|---|", *rows])
+
+
+def _page(plugin: registry.Plugin) -> str:
     """One plug-in: its own words, and the table of its fields."""
-    head = f"## {plugin.name} {{ #{_anchor(plugin.name)} }}"
+    head = f"# {plugin.name}"
     if plugin.kind in registry.FOLDER_KINDS:
         room = f"{plugin.kind}s"
-        page = f"[Sources of its numbers](../{room}/{plugin.name}/README.md)"
+        page = f"[Sources of its numbers](../../{room}/{plugin.name}/README.md)"
         found = read_robot(plugin.folder(), name=plugin.name)
         heading = f"{plugin.kind} {plugin.name}  ({plugin.origin})"
         told = describe_robot(found, heading, folder=False)
@@ -138,7 +141,3 @@ def _kind(hint: Any) -> str:
 def _cell(text: str) -> str:
     """Text that stays within its cell of a table."""
     return text.replace("|", "\\|").replace("\n", " ")
-
-
-def _anchor(name: str) -> str:
-    return name.replace("_", "-")

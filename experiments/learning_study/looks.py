@@ -54,7 +54,9 @@ def restore(table: Path, out: Path) -> Path:
     order = list(ARMS)
     arms = columns.get("arm", np.array([-1.0]))
     if "seed" not in columns or not 0 <= arms.min() <= arms.max() < len(order):
-        raise LogError(f"{table} holds no arms and seeds.\nGive the looks of a study.")
+        raise LogError(
+            f"{table} holds no arms and seeds.\nGive the table of evaluations that a study wrote."
+        )
     pairs = np.stack([columns.pop("arm"), columns.pop("seed")], axis=1).astype(int)
     for arm, seed in np.unique(pairs, axis=0):
         here = (pairs == (arm, seed)).all(axis=1)

@@ -2,7 +2,7 @@
 
 All of them see the samples of the diagnosis: the same log, the same trajectory, and the responses
 of the same library of effects (`seals.sysid`). Only the inference differs: no tolerances of the
-nominal values, no gusts, no price of freedom beyond that of BIC, and no way to abstain but to find
+stated values, no gusts, no price of freedom beyond that of BIC, and no way to abstain but to find
 nothing. A fifth answer is granted tolerances and gusts, to show what they alone are worth.
 """
 
@@ -296,7 +296,7 @@ class Question:
 
     Args:
         table: one-step regression.
-        plain: windows with exact nominal values in calm air.
+        plain: windows with exact stated values in calm air.
         tolerant: windows with the tolerances of the data sheet and the stated gusts.
     """
 

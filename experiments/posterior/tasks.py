@@ -156,7 +156,7 @@ def trainings(
     Args:
         out: folder; trainings go to ``out/ARM/SEED``.
         task: to be learned.
-        answers: folder with what each arm but the nominal one knows.
+        answers: folder with what each arm but ``nominal`` knows.
         seeds: of each arm, the same ones.
         device: ``cpu`` or ``cuda``.
         more: further words of every training.

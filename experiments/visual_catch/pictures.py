@@ -85,7 +85,9 @@ class Pictures(NamedTuple):
             if not np.isfinite(values).all():
                 raise ValueError(f"{name} is not finite")
         if len(size) != 2 or min(size) < STRIDE or size[0] % STRIDE or size[1] % STRIDE:
-            raise ValueError(f"pictures of {size} pixels, whose edges are no multiples of {STRIDE}")
+            raise ValueError(
+                f"pictures of {size} pixels; width and height must be multiples of {STRIDE}"
+            )
         bounds = {"label": (UNSURE, PRESENT), "water": (0, len(WATERS) - 1)}
         for name, (low, high) in bounds.items():
             values = getattr(self, name)

@@ -23,6 +23,8 @@ INSTANTS = 8
 """Pairs of pictures in a strip."""
 ENLARGED = 2
 """Pixels of the film along an edge of one of a camera."""
+BRIGHTER = 1.6
+"""Factor for what is drawn: under water the pictures that the policy is given are dark [1]."""
 RING = 12
 """Radius of the ring about the place [pixel of the film]."""
 
@@ -115,7 +117,7 @@ def _draw(glances: Sequence[_Glance], path: Path) -> None:
             axes = figure.add_subplot(len(names), INSTANTS, row * INSTANTS + column + 1)
             picture, spot = glance.pictures[name], glance.spots[name]
             height, width = picture.shape[:2]
-            axes.imshow(picture, extent=(0.0, width, height, 0.0))
+            axes.imshow(_brighter(picture), extent=(0.0, width, height, 0.0))
             if spot is not None and np.all((spot > 0.0) & (spot < [width, height])):
                 axes.plot(*spot, "o", ms=13, mfc="none", mec="white", mew=1.5)
             axes.set_axis_off()
@@ -125,6 +127,11 @@ def _draw(glances: Sequence[_Glance], path: Path) -> None:
     figure.savefig(path)
 
 
+def _brighter(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a picture multiplied by `BRIGHTER`, white at most."""
+    return np.minimum(BRIGHTER * picture, 255.0).astype(np.uint8)
+
+
 def _film(glances: Sequence[_Glance], path: Path) -> None:
     """Write an animated picture of both cameras side by side, as fast as it was."""
     from PIL import Image, ImageDraw
@@ -132,6 +139,7 @@ def _film(glances: Sequence[_Glance], path: Path) -> None:
     frames = []
     for glance in glances:
         wide = np.concatenate(list(glance.pictures.values()), axis=1)
+        wide = _brighter(wide)
         frame = Image.fromarray(wide.repeat(ENLARGED, axis=0).repeat(ENLARGED, axis=1))
         pen, left = ImageDraw.Draw(frame), 0
         for name, picture in glance.pictures.items():

@@ -72,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     out.mkdir(parents=True, exist_ok=True)
     tank = Tank()
     shown = [
-        towed_in_particles(s, tank, until=s[-1][0], more=given.overrides, label="nominal tow")
+        towed_in_particles(s, tank, until=s[-1][0], more=given.overrides, label="stated tow")
         for s in SHOWN
     ]
     nominal = nominal_of(shown)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.optimize import brentq
 
 from seals.experiments.water_validation.bodies import SHAPES, Drift, Shape, drift
 from seals.experiments.water_validation.case import Case, Grade, Line, Outcome, relative
-from seals.report.figures import Chart, Series
+from seals.report.figures import Chart, Mark, Series
 
 TANK = (0.6, 0.6, 0.4)
 RATIOS = (0.2, 0.5, 0.8)
@@ -61,7 +62,7 @@ def _float_on(
 
 def _afloat(name: str, grade: Grade) -> Outcome:
     """Let a body of one shape float."""
-    lines, series, gaps = [], [], []
+    lines, gaps, draughts = [], [], []
     chosen = (10,) if grade.quick else (10, 20)
     ratios = (0.5,) if grade.quick else RATIOS
     shape, count, spacing = SHAPES[name], 0, 0.0
@@ -72,18 +73,44 @@ def _afloat(name: str, grade: Grade) -> Outcome:
             error = abs(draught - exact) / shape.height
             what = f"ratio {ratio:g}, {across} spacings: draught [m], error of the body's height"
             lines.append(Line(what, draught, exact, error, BAR[across]))
-            title = f"{ratio:g}, {across} spacings"
-            series.append(Series(name=title, x=found.time, y=found.height))
+            draughts.append((across, ratio, draught))
             gaps.append(found.gap)
             count, spacing = found.particles, found.spacing
     gap = max(gaps)
     lines.append(Line("largest gap of momentum in a step", gap, 0.0, gap, 1e-4, share=False))
-    chart = Chart(
-        title=f"A {name} coming to rest", y_label="height of the middle [m]", x_label="t [s]",
-        series=tuple(series),
-    )  # fmt: skip
+    chart = chart_of_draughts(name, draughts)
     return Outcome(
         lines, [chart], count, spacing, chosen[-1], "Archimedes; conservation of momentum"
+    )
+
+
+def chart_of_draughts(name: str, draughts: Sequence[tuple[int, float, float]]) -> Chart:
+    """Draw the errors of draughts with their bounds.
+
+    Args:
+        name: of the shape.
+        draughts: spacings across the body, its density over that of water, and its draught [m].
+    """
+    shape = SHAPES[name]
+    series = []
+    for across in sorted({row[0] for row in draughts}):
+        rows = sorted(row[1:] for row in draughts if row[0] == across)
+        errors = [(d - _draught_of(shape, ratio)) / shape.height for ratio, d in rows]
+        ratios = np.array([ratio for ratio, _ in rows])
+        label = f"{across} spacings"
+        series.append(Series(name=label, x=ratios, y=100.0 * np.array(errors)))
+    return Chart(
+        title=f"A {name} afloat: error of the draught",
+        y_label="error [% of the height]",
+        x_label="density over that of water [1]",
+        series=tuple(series),
+        marks=(
+            Mark(at=0.0, label="Archimedes", level=True),
+            *(
+                Mark(at=100.0 * BAR[n], label=f"allowed, {n} spacings", level=True)
+                for n in sorted({row[0] for row in draughts})
+            ),
+        ),
     )
 
 

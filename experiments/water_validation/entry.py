@@ -78,7 +78,7 @@ class Drop(NamedTuple):
 
 
 def measured(speed: int, nose: str = "sphere") -> list[Drop]:
-    """Return all drops of a nominal speed and a nose, ``sphere`` or ``150degcone``."""
+    """Return all drops of a stated speed and a nose, ``sphere`` or ``150degcone``."""
     out = []
     for run in (1, 2, 3):
         (log,) = ReaderImpack().read(f"{speed}mps_{nose}_{run}")

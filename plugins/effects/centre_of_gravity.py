@@ -32,7 +32,7 @@ class CentreOfGravity(Effect):
 
     Equation:
         dM = m [[0, -S(d)], [S(d), S(c)^2 - S(c + d)^2]] about the link origin, order [linear,
-        angular], with c the nominal centre, m the link's mass and S(a) b = a x b.
+        angular], with c the stated centre, m the link's mass and S(a) b = a x b.
 
     Args:
         offset_x: d along link x [m].

@@ -43,7 +43,7 @@ class ReaderImpack(ReaderPublished):
     Units:
         g -> m/s^2 with 9.80665. Recorder axes 1, 2, 0 become x, y, z.
     Source:
-        https://github.com/harrislab-brown/IMpack, 15 drops at 2, 4, 6 m/s nominal, hemisphere
+        https://github.com/harrislab-brown/IMpack, 15 drops at about 2, 4, 6 m/s, hemisphere
         ("sphere") and 150 degree cone noses.
     Licence:
         CC BY-SA 4.0; adapted data stay under it.

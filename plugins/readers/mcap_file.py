@@ -148,7 +148,7 @@ def unpacked(
         raise ValueError(f"compression '{packing[:16]}' is not known")
     raw = unpackers[packing](raw, size) if packing else raw
     if len(raw) != size:
-        raise ValueError(f"a chunk holds other than the {size:,} bytes that it declares")
+        raise ValueError(f"a chunk does not hold the {size:,} bytes that it declares")
     return raw
 
 

@@ -1,4 +1,4 @@
-"""Task pipe: lead the hand along a pipe, on the sea floor or through the surface."""
+"""Task pipe: lead the hand along a pipe, on the sea bed or through the surface."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class _FusedSlopes:
     def __init__(self, slopes: Callable[..., Any], like: Array) -> None:
         if not hasattr(like, "untyped_storage"):
             raise ConfigError(
-                f"a twin with {type(like).__module__} arrays cannot be fused.\n"
+                f"batch dynamics with {type(like).__module__} arrays cannot be fused.\n"
                 "Give like=torch.zeros(1), or leave out fused."
             )
         self._like = like

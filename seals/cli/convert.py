@@ -127,10 +127,11 @@ def execute(config: Any) -> int:
         found = check_log(whole, vehicle)
         grave = [finding for finding in found if finding.severity is Severity.REFUSE]
         if grave:
+            words = grave[0].message.rstrip(".")
+            join = ", or correct" if "\n" in words else "\nCorrect"
             raise SealsError(
-                f"log '{whole.name}' cannot be used: {grave[0].channel or 'all'}: "
-                f"{grave[0].message}\n"
-                "Correct this column in the file or in the map: seals help convert"
+                f"log '{whole.name}' cannot be used: {grave[0].channel or 'all'}: {words}"
+                f"{join} this column in the file or in the map: seals help convert"
             )
         for line in lines_of(found)[:_MOST_FINDINGS]:
             print(line)

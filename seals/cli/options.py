@@ -50,7 +50,7 @@ def help_of(root: str) -> str:
     told = {key.name for key in keys_of("run")} if root != "run" else set()
     of_run = "time.step" in told & {key.name for key in every}
     own = [key for key in every if not (of_run and key.name in told)]
-    more = ["  and the keys of seals run; all of them: --cfg job"] if of_run else []
+    more = ["  and the keys of seals run (--cfg job lists all)"] if of_run else []
     return "\n".join([*(line for key in own for line in _lines(key)), *more])
 
 

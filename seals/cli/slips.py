@@ -173,6 +173,8 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
     Example:
         >>> repeated_keys(["robot=ball", "seed=1", "robot=box", "seed=1"])
         ['robot is given 2 values; the last one is used: robot=box']
+        >>> repeated_keys(["arg=mass=1", "arg=size=2"])
+        []
     """
     if "--compare" in words:
         # names of arms
@@ -180,6 +182,9 @@ def repeated_keys(words: Sequence[str]) -> list[str]:
     values: dict[str, list[str]] = {}
     for word in words:
         key, sign, value = word.lstrip("+").partition("=")
+        if key in ("arg", "package"):  # arg=NAME=VALUE: each name is a key of its own
+            name, _, value = value.partition("=")
+            key = f"{key}={name}"
         if sign and not word.startswith("-"):
             values.setdefault(key, []).append(value)
     return [

@@ -19,7 +19,7 @@ class NamingSettings:
     Args:
         nominal: instances of effects in the stated model; empty for the first variant of
             ``ladder``, or all effects without one.
-        tolerances: full keys of nominal parameters and how uncertain they are, one standard
+        tolerances: full keys of stated parameters and how uncertain they are, one standard
             deviation in their unit; they are fitted in every model.
         judge: channels that are not fitted but used for the evaluation.
         floor: by channel, the error that systematic faults of the measurement leave in any model.

@@ -38,7 +38,7 @@ WAVE = "waves"
 
 
 class Fitted(NamedTuple):
-    """Nominal property with its fitted value.
+    """Stated property with its fitted value.
 
     Args:
         value: change that was fitted beside the effects.
@@ -122,7 +122,7 @@ class Overlay:
         changes: of effects that the model below holds, by name.
         waves: of the water surface; None when the model does not speak of them.
         intervals: 90 % interval of each parameter, by part and parameter.
-        nominal: fitted changes of the nominal properties of the log's vehicle.
+        nominal: fitted changes of the stated properties of the log's vehicle.
         speeds: typical speeds of the log that was fitted [m/s]; exponents of drag refer to them.
         provenance: log, verdict, confidence, date, version.
         withdrawn: why the model is not to be used; empty when it may be.

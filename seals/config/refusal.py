@@ -506,6 +506,10 @@ def _by_words(text: str, overrides: Sequence[str], *, root: str) -> SealsError:
 def _cure(word: str) -> str:
     """Say how a word that cannot be read as KEY=VALUE is to be written."""
     key, _, value = word.partition("=")
+    if not key.isascii():
+        return "Keys are written in letters of ASCII, for instance robot=ball"
+    if not value.isascii() and not value.startswith(("'", '"')):
+        return f"Letters beyond ASCII need quotes within quotes: {key}='\"{value}\"'"
     for opening, closing in ("[]", "{}"):
         missing = value.count(opening) - value.count(closing)
         if missing > 0:

@@ -104,11 +104,11 @@ class SurfaceForce(Effect):
 
 @dataclass(kw_only=True)
 class AddedMassCentre(Effect):
-    """Offset of the point about which the nominal added mass has no coupling.
+    """Offset of the point about which the stated added mass has no coupling.
 
     Equation:
         M_A about the origin gains the coupling -M S(d) between force and turning (and its
-        transpose), to first order in d; M is the linear block of the nominal added mass.
+        transpose), to first order in d; M is the linear block of the stated added mass.
 
     Args:
         offset_x: d [m].

@@ -219,7 +219,7 @@ class Subject:
         servo: gains of the joint servos, shape (J,) each; empty without an arm.
         full_voltage: of the battery [V]; None when not known.
         sigma: white noise of each measured channel, 1-sigma, in the channel's unit.
-        tolerance: 1-sigma uncertainty of each nominal property, by name.
+        tolerance: 1-sigma uncertainty of each stated property, by name.
         simulated_step: step of the simulation that made the log [s], whose laws are those of this
             version; None for another log.
         speeds: typical speeds along the body axes [m/s], shape (3,); zero before a log is followed.
@@ -302,7 +302,7 @@ class Subject:
         return float(self.tolerance.get(name, 0.0))
 
     def nominal(self, name: str, stem: str, medium: MediumKind) -> Floats:
-        """Return three parameters of a nominal effect in a medium, shape (3,).
+        """Return three parameters of a stated effect in a medium, shape (3,).
 
         An instance of the stated model is called after its effect and medium, such as
         ``linear_drag_water``; one that acts in any medium counts in each. Zeros without one.

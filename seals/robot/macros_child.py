@@ -35,6 +35,8 @@ MOST_BYTES = 5_000_000
 _INSIDE = re.compile(r"_|(gi|cr|ag|f|tb|co|func)_|(vars|type|mro)$")
 """Names through which an expression would get at the interpreter that evaluates it."""
 _COMMENT = re.compile(r"<!--(.*?)-->", re.DOTALL)
+_USED, _DECLARED = re.compile(r"\$\(arg (\w+)\)"), re.compile(r"<xacro:arg\s+name=[\"'](\w+)")
+"""Arguments that a file uses, and those to which it gives a default."""
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 _ACTING = ("subprocess.", "socket.", "ctypes.", "shutil.", "ftplib.", "urllib.", "pty.", "os.exec")
 _CHANGING = (
@@ -74,7 +76,7 @@ def main(path: str, *given: str) -> str:
     try:
         text = str(xacro.process_file(str(home), mappings=values).toxml())
     except Exception as cause:  # whatever its expressions raise, which are a stranger's
-        return json.dumps({"refused": _words(cause)})
+        return json.dumps({"refused": _words(cause) + _without_value(cause, home, values)})
     if len(text) > MOST_BYTES:
         return json.dumps({"refused": f"it expands to {len(text):,} characters"})
     return json.dumps({"urdf": text})
@@ -88,6 +90,16 @@ def _words(cause: BaseException) -> str:
     if isinstance(behind, MemoryError):
         return f"its macros take more than {MOST_MEMORY >> 20} MB"
     return (" ".join(str(cause).split()) or type(cause).__name__)[:300]
+
+
+def _without_value(cause: BaseException, home: Path, values: Mapping[str, str]) -> str:
+    """Name all arguments of a file that have neither default nor value, where one was missed."""
+    if "Undefined substitution argument" not in str(cause):
+        return ""
+    text = _COMMENT.sub("", home.read_text(encoding="utf-8", errors="replace"))
+    known = {*_DECLARED.findall(text), *values}
+    absent = sorted({name for name in _USED.findall(text) if name not in known})
+    return f" (without a value: {', '.join(absent)})"[:1000] if len(absent) > 1 else ""
 
 
 def _surroundings(home: Path) -> Path:

@@ -169,7 +169,7 @@ def build_twin(
         values: parameters in place of the configured ones, see `seals.batch.BatchDynamics`.
         fused: let PyTorch's compiler join the arithmetic, likewise.
     """
-    refuse_fluid(settings, "the twin")
+    refuse_fluid(settings, "the batch dynamics")
     robot, effects = build_model(settings)
     twin = BatchDynamics(
         robot,

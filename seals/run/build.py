@@ -103,7 +103,7 @@ def _instance(name: Any, section: str) -> str:
 def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
     """Add the effects of a diagnosed model to those of the run.
 
-    Its nominal values belong to the vehicle of its log, not to the robot of the run.
+    Its stated values belong to the vehicle of its log, not to the robot of the run.
     """
     from omegaconf import OmegaConf
 

@@ -90,15 +90,19 @@ def goal_blocks(record: Record) -> list[Block]:
     blocks: list[Block] = []
     lost = [result for result in results if not result.reached]
     if lost:
-        text = f"{len(lost)} of {len(results)} goal(s) missed: " + "; ".join(map(str, lost)) + "."
+        goals = "goal" if len(results) == 1 else "goals"
+        text = f"{len(lost)} of {len(results)} {goals} missed: " + "; ".join(map(str, lost)) + "."
         blocks.append(Paragraph(text=text, tone="warn"))
     elif results:
-        blocks.append(Paragraph(text=f"All {len(results)} goal(s) reached.", tone="good"))
+        told = "The goal was reached."
+        if len(results) > 1:
+            told = f"All {len(results)} goals were reached."
+        blocks.append(Paragraph(text=told, tone="good"))
     if results:
         rows = [
             (
                 result.goal.name,
-                ", ".join(f"{x:.4g}" for x in result.goal.position),
+                ", ".join(f"{x if abs(x) > ROUNDING else 0:.4g}" for x in result.goal.position),
                 f"{result.goal.tolerance:g}",
                 f"{result.distance:.3g}",
                 "-" if np.isnan(result.time) else f"{result.time:.4g}",

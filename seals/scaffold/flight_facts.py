@@ -299,7 +299,9 @@ def _noise(log: Log, stem: str) -> float:
 
     values = log.channel(stem)
     there = np.isfinite(values)
-    values = values[there.any(axis=1)][:, there.any(axis=0)]
+    held = there.any(axis=0)
+    # a component may begin later than the others
+    values = values[there[:, held].all(axis=1)][:, held]
     if len(values) < 20:
         return 0.0
     if stem == "orientation":

@@ -55,10 +55,10 @@ def find_resource(name: str, urdf: Path, packages: Mapping[str, Path]) -> Path:
     shown = ", ".join(str(place) for place in tried[:_SHOWN])
     more = f" and {len(tried) - _SHOWN} more" if len(tried) > _SHOWN else ""
     package = urlparse(name).netloc
-    advice = f" Give its folder: package={package}=FOLDER" if package else ""
+    boxes = "missing-meshes=boxes puts a box with the inertia of the link in its place."
+    advice = f"give its folder, package={package}=FOLDER; or " if package else ""
     raise MissingMesh(
-        f"mesh '{name}' of {urdf} does not exist.\nTried: {shown}{more}.{advice} "
-        "Or missing-meshes=boxes: boxes with the inertia of the link in its place."
+        f"mesh '{name}' of {urdf} does not exist. Tried: {shown}{more}.\nTo go on: {advice}{boxes}"
     )
 
 

@@ -27,7 +27,7 @@ _CLASS = {
 _ROBOT = {"controller": "auv", "guide": "auv", "task": "auv"}
 """Robot on which the contract of a new plug-in is checked; others need none."""
 _PROMISE = {
-    "effect": "Units, pure hooks, twin and simulator alike",
+    "effect": "Units, pure hooks, batch dynamics and simulator alike",
     "sensor": "Readings when due, the same log for the same seed",
     "controller": "Deterministic, memory not modified, commands within limits",
     "guide": "Deterministic, memory not modified, finite references",

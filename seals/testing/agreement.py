@@ -150,7 +150,7 @@ class Agreement:
                 require(
                     error < limit,
                     self.name,
-                    f"simulator and twin differ {where} by {error:.1e} of the {quantity} "
+                    f"simulator and batch dynamics differ {where} by {error:.1e} of the {quantity} "
                     f"at a step of {step * 1e3:g} ms",
                     f"Allowed: below {limit:g}. The same hooks must run in both: "
                     "look for state outside memory.",

@@ -115,6 +115,16 @@ FURTHER = [
     ("convert log=a.csv out=e", "2 rows", "seals help convert"),
     ("new robot x urdf=empty.csv", "is empty", "complete copy"),
     ("new robot x urdf=https://example.com/a.urdf", "is a web address", "Download it"),
+    # letters of other alphabets, and signs that look like ours
+    ("run robot=мяч", "robot=мяч cannot be read", "robot='\"мяч\"'"),
+    ("run robot=ball ＋model=x", "cannot be read as KEY=VALUE", "letters of ASCII"),
+    # a file for an experiment, a place that leads out, a robot of the wrong kind
+    ("new sensor ../x", "'../x' cannot be the name of a sensor", "For instance: x"),
+    ("new effect wind", "'wind' is already installed", "Choose another name: my_wind"),
+    ("run repeat=note.txt", "repeat=note.txt: this is a file", "folder of a run"),
+    ("run robot=ball ~effects.nothing", "there is no such key", "seals run --cfg job"),
+    ("diagnose log=hidden_effect/flight_a robot=ball,box", "several values", "use [a,b]"),
+    ("convert log=a.csv axes.world=nde out=e", "axes.world=nde", "Did you mean 'neu'?"),
 ]
 
 

@@ -30,8 +30,14 @@ RETIRED = {word: row[1] for row in rows_of(LATER) for word in row[0].split(", ")
 SHORT = {"guide": "reference generator", "twin": "batch dynamics", "ledger": "load ledger|forces"}
 """What commands call a thing in one word, and its term or what says it."""
 CODE = re.compile(
-    r"```.*?```|``[^`]*``|`[^`]*`|seals new datasheet|  datasheet\b|\S*datasheet\.yaml", re.DOTALL
+    r"```.*?```|``[^`]*``|`[^`]*`|seals new datasheet|  datasheet\b|\S*datasheet\.yaml"
+    r"|\bnominal(?=[:.])|^nominal tolerances",  # a key, alone or in a list of keys
+    re.DOTALL,
 )
+KINDS = ("md", "py", "yaml")
+"""Files that say something: pages, modules with their help and messages, configurations."""
+KEY = re.compile(r"[\w.@/-]+:(?=\s)")
+"""Of a YAML file."""
 TERMS = {re.sub(r"`[^`]*`", "", row[0]).strip(" ,").casefold() for row in ROWS}
 TYPED = set(re.findall(r"`([^`]+)`", " ".join(row[0] for row in ROWS)))
 """What the first column says that a configuration or a program types."""
@@ -68,13 +74,17 @@ def test_each_source_is_listed() -> None:
 
 
 def said(path: Path) -> Iterator[str]:
-    """Yield the prose of a file without code: a page, or the sentences in a module's strings.
+    """Yield the prose of a file without code: a page, a module's sentences, comments of YAML.
 
-    Descriptions in the modules of identification are not read, only what they print.
+    Of a YAML file values are read as well. Descriptions in the modules of identification are not
+    read, only what they print.
     """
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".md":
         yield CODE.sub("", text)
+        return
+    if path.suffix == ".yaml":
+        yield CODE.sub("", KEY.sub("", text))
         return
     tree = ast.parse(text)
     docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
@@ -95,9 +105,10 @@ def retired(text: str) -> list[str]:
 def test_a_thing_has_one_name() -> None:
     """No page, help text or message uses a retired word; each has a successor that is a term."""
     assert set(RETIRED.values()) <= {term.partition(",")[0] for term in TERMS}
-    rooms = ("seals", "plugins", "experiments", "robots", "animals")
-    files = [*ROOT.glob("*.md"), *(f for r in ("docs", *rooms) for f in (ROOT / r).rglob("*.md"))]
-    files += [f for room in rooms for f in (ROOT / room).rglob("*.py")]
+    rooms = ("seals", "plugins", "experiments", "robots", "animals", "conf")
+    files = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    files += [f for room in rooms for kind in KINDS for f in (ROOT / room).rglob(f"*.{kind}")]
+    assert {path.suffix[1:] for path in files} == set(KINDS)
     found = {
         f"{path.relative_to(ROOT)}: {word}"
         for path in files
@@ -108,10 +119,15 @@ def test_a_thing_has_one_name() -> None:
     assert sorted(found) == []
 
 
-def test_a_retired_word_is_found() -> None:
-    """In capitals and in the plural, too, but not as code."""
-    assert retired("Nominal models differ.") == ["nominal model: say stated model"]
+def test_a_retired_word_is_found(tmp_path: Path) -> None:
+    """In capitals and in the plural, too, in comments of YAML, but not as code or key."""
+    assert retired("Nominal models differ.") == ["nominal: say stated model"]
+    assert retired("The sea floor rises.") == ["sea floor: say sea bed"]
     assert retired(CODE.sub("", "See `datasheet.yaml` and seals new datasheet.")) == []
+    (tmp_path / "a.yaml").write_text("nominal: {mass: 1.0}  # of the sea floor\n", encoding="utf-8")
+    assert [w for text in said(tmp_path / "a.yaml") for w in retired(text)] == [
+        "sea floor: say sea bed"
+    ]
 
 
 @pytest.mark.parametrize("page", sorted((ROOT / "docs").glob("*.md")), ids=lambda page: page.stem)

@@ -300,7 +300,7 @@ def test_a_chunk_of_a_bag_unpacks_no_further_than_it_declares(tmp_path: Path) ->
     file.write_bytes(recording.MAGIC + record(header, bz2.compress(bytes(1 << 26))))
     tracemalloc.start()
     try:
-        with pytest.raises(LogError, match="holds other than the 10 bytes"):
+        with pytest.raises(LogError, match="does not hold the 10 bytes"):
             ReaderRosbag1().read(file)
         assert tracemalloc.get_traced_memory()[1] < 1 << 24
     finally:

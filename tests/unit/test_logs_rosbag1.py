@@ -160,7 +160,7 @@ BOMB = bz2.compress(bytes(1 << 24))
         (b"#ROSBAG V1.2\n" + bytes(60), "rosbag migrate"),
         (
             MAGIC + _record(BOMB, op=b"\5", compression=b"bz2", size=struct.pack("<I", 9)),
-            "other than the 9 bytes",
+            "does not hold the 9 bytes",
         ),
         (
             MAGIC + _record(b"", op=b"\5", compression=b"none", size=struct.pack("<I", 1 << 31)),

@@ -279,3 +279,12 @@ def test_the_process_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     bound(macros_child.SECONDS, macros_child.MOST_MEMORY)
     most = {"CPU": macros_child.SECONDS, "AS": macros_child.MOST_MEMORY, "FSIZE": 0, "CORE": 0}
     assert bounds == {getattr(resource, f"RLIMIT_{key}"): (n, n) for key, n in most.items()}
+
+
+def test_all_arguments_without_a_value_are_named_at_once(tmp_path: Path) -> None:
+    """A file that asks for several is not refused for one after the other."""
+    file = tmp_path / "a.xacro"
+    arguments = '<xacro:arg name="c" default="1"/><link name="$(arg a)$(arg b)$(arg c)"/>'
+    file.write_text(FILE.format(arguments), encoding="utf-8")
+    with pytest.raises(RobotError, match=r"\(without a value: a, b\)"):
+        expanded(file)

@@ -57,7 +57,7 @@ def test_a_run_says_which_goals_it_missed(
     assert "Goal place 1" not in said
     page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
     assert "Wanted and achieved" in page
-    assert "1 of 2 goal(s) missed: place 2" in page
+    assert "1 of 2 goals missed: place 2" in page
     assert "Velocity along world z" in page
     assert "Heading" in page
 

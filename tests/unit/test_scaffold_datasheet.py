@@ -147,6 +147,14 @@ def test_a_flight_without_rest_leaves_biases_assumed(tmp_path: Path) -> None:
     assert "# assumed" in line
 
 
+def test_a_component_that_begins_later_leaves_the_noise_measured() -> None:
+    """The noise is that of the rows in which all components have a sample."""
+    columns = dict(_flight().columns)
+    columns["position_x"] = np.where(np.arange(ROWS) < 1000, np.nan, columns["position_x"])
+    found = flight_facts(Log(name="hover", columns=columns), VEHICLE)
+    assert found.noise["position"] == pytest.approx(SIGMA["position"], rel=0.1)
+
+
 def test_a_dive_has_the_tolerances_of_a_hull(tmp_path: Path) -> None:
     """Without them its displaced volume and added mass would count as exact."""
     flight, sheets = _flight(), []

@@ -150,7 +150,7 @@ def test_sizes_are_not_mixed_and_few_pictures_are_not_learned_from(tmp_path: Pat
         load_pictures(tmp_path)
     (tmp_path / "1.npz").unlink()
     np.savez(tmp_path / "2.npz", **flight(4, size=9)._asdict())
-    with pytest.raises(ConfigError, match="no multiples of 4"):
+    with pytest.raises(ConfigError, match="must be multiples of 4"):
         load_pictures(tmp_path)
 
 

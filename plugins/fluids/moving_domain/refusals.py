@@ -70,7 +70,7 @@ def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
     Args:
         outer: the sea.
         box: the window.
-        floor: height of the sea floor [m]; None for none.
+        floor: height of the sea bed [m]; None for none.
 
     Raises:
         ConfigError: too short, or they would pass through the floor.
@@ -89,7 +89,7 @@ def refuse_sea(outer: OuterSea, box: Box, *, floor: float | None) -> None:
     deep, high = (np.abs(outer.displacement(p, 0.0)[:, 2]).max() for p in (at, top))
     if deep > STILL * high:
         raise ConfigError(
-            f"the sea floor at {floor:g} m is fixed, but the waves move {deep / high:.0%} as "
+            f"the sea bed at {floor:g} m is fixed, but the waves move {deep / high:.0%} as "
             "high there as at the surface.\n"
             f"State the depth of the sea: wave=sea wave.depth={outer.level - floor:g}"
         )

@@ -78,7 +78,7 @@ class BatchCameras:
         if not hasattr(settings.viewer, "device"):
             raise ConfigError(
                 f"viewer '{type(settings.viewer).__name__}' renders only one world at a time, but "
-                "there are many twins.\n"
+                "this batch has many.\n"
                 "Use viewer=raycast"
             )
         self._device, self._renderer = device, replace(settings.viewer, device=device)

@@ -71,7 +71,7 @@ def _randomised_parameters(config: Any, count: int, seed: int) -> dict[str, Any]
     if not {"interval", "touching"} & set(config.backend):
         said = f"varied={share:g}" if diagnosis is None else f"varied_from={diagnosis}"
         raise ConfigError(
-            f"{said}: only twins and batches of worlds can differ from each other.\n"
+            f"{said}: only the robots of a batch can differ from each other.\n"
             "Use backend=twin, or leave varied and varied_from out"
         )
     from seals.learn.environments.build import build_learning
@@ -226,7 +226,7 @@ def _train_into(
         environment, eval_env = stack.enter_context(environments(config))
         agent, remarks = _agent_of(config, environment)
         if config.backend.get("fused"):
-            remarks.append("the first step compiles the twins, which takes some minutes")
+            remarks.append("the first step compiles the batch dynamics, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
         metrics = {"success": "-", "row": ""}
 

@@ -145,7 +145,8 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
             raise LogError(
                 f"log '{part.name}': rows are {step:g} s apart, but one gap differs by "
                 f"{worst:.3g} s.\nAllowed: evenly spaced rows, with empty cells for samples that "
-                "were lost; resample it or mark the parts as segments."
+                "were lost. Convert the log with rate=HERTZ, which resamples it, or mark the "
+                "parts as segments."
             )
         runs.append((start, start + part.rows))
         start += part.rows
@@ -200,8 +201,8 @@ def _refuse_partial_pose(
             raise LogError(
                 f"log '{name}': no sample of {' and '.join(missing)} in rows {first} to {last}.\n"
                 "A diagnosis uses the measured pose: position and orientation in every run, or the "
-                "depth instead of position_z. Remove position from the log for a diagnosis "
-                "without a pose."
+                "depth instead of position_z. Keep rows that have it, span= of seals convert, or "
+                "delete the columns of the position and give initial_state in meta.yaml."
             )
 
 

@@ -287,7 +287,9 @@ class DecisionPolicy:
         10.0, EVIDENCE, "evidence from which stated model and rivals are fitted again, whole runs"
     )
     good_fit: float = threshold(
-        1.5, "1", "misfit per degree of freedom up to which whole runs start from the nominal fit"
+        1.5,
+        "1",
+        "misfit per degree of freedom up to which whole runs start from the stated model's fit",
     )
     late_misfit: float = threshold(
         1.2, "1", "misfit per degree of freedom from which late inertial sensors are considered"

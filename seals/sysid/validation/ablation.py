@@ -28,7 +28,7 @@ from seals.sysid.validation.misfit import (
 from seals.sysid.validation.model import Model, nominal, with_speeds
 from seals.sysid.validation.replay import Track
 
-CALIBRATED, ALONE = "calibrated nominal", "calibration alone"
+CALIBRATED, ALONE = "calibrated model", "calibration alone"
 """Names of the variants below the effects."""
 _MOST_NUMBERS = 3
 """Stated numbers that are said to be in question beside an effect."""
@@ -49,7 +49,7 @@ class Ablation:
         alone: what calibration without the effects reaches; None when it was not asked for, or
             diverged.
         edge: by how much the last variant beats calibration alone, each charged for the distance of
-            its nominal values from the stated ones; None when it was not asked for.
+            its fitted values from the stated ones; None when it was not asked for.
         floor: plain errors that a perfect model would leave, by channel and horizon.
     """
 
@@ -83,7 +83,7 @@ class Ablation:
 
 
 def model_variants(problem: Problem, overlay: Overlay) -> list[Model]:
-    """Return the model variants of an ablation: nominal, calibrated, then one more effect each.
+    """Return the model variants of an ablation: stated, calibrated, then one more effect each.
 
     Raises:
         ConfigError: the overlay does not fit the vehicle of the log.

@@ -107,8 +107,8 @@ def _bars(axes: Any, ablation: Ablation) -> None:
     axes.axhline(1.0, color=CYCLE[2], linestyle="--", linewidth=1.4, label="noise floor")
     axes.legend(loc="upper right", frameon=False, fontsize=9)
     words = (printable(m.model.name).replace("_", " ") for m in ablation.variants)
-    names = [name.replace(" nominal", "\nnominal") for name in words]
-    axes.set_xticks(range(count + 1), [*names, "whole model"], fontsize=9)
+    names = [name.replace(" model", "\nmodel") for name in words]
+    axes.set_xticks(range(count + 1), [*names, "whole\nmodel"], fontsize=9)
     axes.set_ylabel("error of the simulator,\ntimes the noise floor")
     if wide:
         log_scale(axes, "y")

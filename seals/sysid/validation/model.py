@@ -1,4 +1,4 @@
-"""Model of a log's vehicle: nominal effects, changes of them, and added effects."""
+"""Model of a log's vehicle: stated effects, changes of them, and added effects."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class Model:
 
 def nominal(vehicle: Vehicle) -> Model:
     """Return the model that a log states."""
-    return Model(name="nominal", vehicle=vehicle)
+    return Model(name="stated model", vehicle=vehicle)
 
 
 def by_instance(changes: Mapping[str, float]) -> dict[str, dict[str, float]]:
