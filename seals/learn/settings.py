@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
@@ -24,3 +24,5 @@ class LearnSettings(RunSettings):
     task: Any = None
     frames: int = 3
     ball: float = setting(0.05, "m", bounds=(1e-3, 10.0), source="chosen: opening of the hand")
+
+    several: ClassVar[bool] = False
