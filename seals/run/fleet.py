@@ -78,7 +78,9 @@ def _built(where: str, stated: VehicleSettings) -> VehicleSettings:
     check_tree(stated.initial, where=f"{where}.initial")
     with naming(where):
         found = find_robot(str(stated.robot))
-        parts = {key: build_parts(key, where, found, getattr(stated, key)) for key in PARTS}
+        parts: dict[str, Any] = {
+            key: build_parts(key, where, found, getattr(stated, key)) for key in PARTS
+        }
         # what a folder says of a guide is for an object; its controller rests without one
         wanted = {"controller": "controller" in found.parts, "guide": False}
         pilot = {

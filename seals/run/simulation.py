@@ -163,12 +163,11 @@ class _Books:
         self, settings: RunSettings, world: World, fleet: Mapping[str, RunSettings], steps: int
     ) -> None:
         e, self._world = settings.environment, world
-        level = {"gravity": e.gravity, "water_level": e.water_level}
         self.robots: dict[str, _Own] = {}
         for name in fleet:
             actor = world.actors[name]
             self.robots[name] = _Own(
-                RobotRecorder(actor, steps=steps, **level),
+                RobotRecorder(actor, steps=steps, gravity=e.gravity, water_level=e.water_level),
                 Stages(actor.pilot),
                 Aims(actor.pilot, steps=steps),
                 Commands(actor, steps=steps),

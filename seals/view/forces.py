@@ -46,8 +46,11 @@ class Forces:
     def __init__(self, stage: Stage, folder: Path | None) -> None:
         self._time: Floats = np.zeros(0)
         self._table: dict[str, dict[int, Floats]] = {}
-        for robot in fleet_of(stage.settings) if folder is not None else ():
-            path = log_folder(folder, robot) / LEDGER
+        logs = (
+            {} if folder is None else {n: log_folder(folder, n) for n in fleet_of(stage.settings)}
+        )
+        for robot, place in logs.items():
+            path = place / LEDGER
             columns = read_parquet(path) if path.is_file() else {"t": self._time}
             self._time = columns.pop("t")
             for name, values in columns.items():

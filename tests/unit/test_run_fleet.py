@@ -130,8 +130,9 @@ def test_a_run_ends_when_every_guide_has() -> None:
     ends = {"one": [brief], "both": [brief, long], "and idle": [brief, idle]}
     words = ["water=fossen", "time.duration=1"]
     found = {k: simulate(run_settings([*words, *v])).log.time[-1] for k, v in ends.items()}
-    assert found["one"] == pytest.approx(0.1, abs=0.01)
-    assert found["both"] == pytest.approx(0.3, abs=0.01)
+    # the guide is asked ten times a second
+    assert 0.1 <= found["one"] < 0.25
+    assert 0.3 <= found["both"] < 0.45
     assert found["and idle"] == found["one"]
 
 
