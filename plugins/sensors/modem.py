@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -89,6 +89,8 @@ class SensorModem(PlacedSensor):
     multipath: bool = False
     surface_reflection: float = setting(1.0, "1", bounds=(0.0, 1.0), source="Urick: smooth water")
     bottom_reflection: float = setting(0.5, "1", bounds=(0.0, 1.0), source="chosen: sand")
+
+    travels: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Turn the mounting into arrays."""
