@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +14,9 @@ from seals.errors import ConfigError, SealsError
 from seals.logs.native import read_native
 from seals.logs.table import read_parquet
 from seals.run.application import run_into
-from seals.run.assembly import build_twin, build_world
+from seals.run.assembly import build_twin
 from seals.run.build import run_settings
+from seals.run.recorder import Moment, Recorder
 from seals.run.simulation import Ending, simulate
 from seals.view.forces import Forces
 from seals.view.replay import open_replay
@@ -101,24 +101,27 @@ def test_a_run_of_several_is_written_repeated_and_shown(tmp_path: Path) -> None:
     assert {"gravity", "buoyancy", "drift"} & set(Forces(replay.stage, first).effects)
 
 
+class Stop(Recorder):
+    """Interruption after thirty steps."""
+
+    def record(self, moment: Moment) -> None:
+        """Interrupt the run."""
+        if moment.row == 30:
+            raise KeyboardInterrupt
+
+
 def test_a_run_of_several_is_taken_up(tmp_path: Path) -> None:
-    """A checkpoint holds every robot: the second half is the same as in one piece."""
+    """A checkpoint holds every robot: the rest of the run is the same as in one piece."""
     words = [SCOUT, ROV, *SHARED, "time.duration=0.2", "checkpoint=1e-9"]
     whole = run_into(tmp_path / "whole", run_settings(words))
-    with contextlib.closing(build_world(run_settings(words))) as world:
-        for _ in range(10):
-            world.step()
-        kept = world.snapshot()
-        for _ in range(10):
-            world.step()
-        first = np.concatenate(world.actors["rov"].body.read())
-        draws = {name: rng.bit_generator.state for name, rng in world.rngs.items()}
-        world.restore(kept)
-        for _ in range(10):
-            world.step()
-        np.testing.assert_array_equal(np.concatenate(world.actors["rov"].body.read()), first)
-        assert {name: rng.bit_generator.state for name, rng in world.rngs.items()} == draws
-    assert whole.ending is Ending.done
+    cut = run_into(tmp_path / "cut", run_settings(words), recorders=[Stop()])
+    assert cut.ending is Ending.interrupted
+    on = run_into(tmp_path / "on", run_settings(words), cut=tmp_path / "cut")
+    assert whole.ending is on.ending is Ending.done
+    for name in ("scout", "rov"):
+        assert cut.fleet[name].log.rows < whole.fleet[name].log.rows
+        for column, values in whole.fleet[name].log.columns.items():
+            np.testing.assert_array_equal(on.fleet[name].log.columns[column], values, column)
 
 
 def test_a_run_ends_when_every_guide_has() -> None:
