@@ -16,6 +16,7 @@ from seals.plugins.viewers.bullet import RendererTiny
 from seals.rendering import Lens, SceneView
 from seals.rendering.optics import Optics, to_bytes
 from seals.report.pictures import figure_class
+from seals.run.fleet import ROBOT
 from seals.run.settings import RunSettings
 from seals.run.sight import surface_of
 from seals.view.films.application import without_walls
@@ -69,7 +70,7 @@ def draw_frames(
         MissingExtra: the engine is not installed.
     """
     view, stage = view or View(), build_stage(settings)
-    replay = Replay(Path(), stage, np.asarray(log.time), tracks_of(log, stage))
+    replay = Replay(Path(), stage, np.asarray(log.time), tracks_of({ROBOT: log}, stage))
     lens = Lens(width=view.size[0], height=view.size[1], **LENS)
     # the surface of the waves alone: a log keeps none of the particles
     surface = surface_of(dataclasses.replace(settings, fluid=None))

@@ -61,6 +61,27 @@ class PhysicsError(SealsError):
 
 
 @contextlib.contextmanager
+def naming(where: str) -> Iterator[None]:
+    """Put in front of every refusal of the block whom it concerns, unless it says so.
+
+    Args:
+        where: a key or a name; empty for nobody in particular.
+
+    Example:
+        >>> with naming("robots.scout"):
+        ...     raise PhysicsError("its speed is 1e9 m/s.")
+        Traceback (most recent call last):
+        seals.errors.PhysicsError: robots.scout: its speed is 1e9 m/s.
+    """
+    try:
+        yield
+    except SealsError as refusal:
+        if not where or where in str(refusal):
+            raise
+        raise type(refusal)(f"{where}: {refusal}") from refusal
+
+
+@contextlib.contextmanager
 def optional_import(need: str, remedy: str) -> Iterator[None]:
     """Refuse in words when an import inside the block fails.
 

@@ -204,7 +204,12 @@ def vector_groups(names: Mapping[str, Any]) -> dict[str, tuple[str, str, str]]:
 
 
 def optional(
-    unit: str, *, bounds: tuple[float, float], tolerance: float = 0.0, source: str
+    unit: str,
+    *,
+    bounds: tuple[float, float],
+    tolerance: float = 0.0,
+    source: str,
+    later: bool = False,
 ) -> float | None:
     """Declare a physical float that may be absent; the default is None.
 
@@ -213,8 +218,10 @@ def optional(
         bounds: lowest and highest admissible value, in ``unit``.
         tolerance: one standard deviation, in ``unit``.
         source: where the law or the choice comes from.
+        later: whether the class got this field later, see `LATER`.
     """
     meta = _metadata(bounds[0], unit, bounds=bounds, tolerance=tolerance, source=source)
+    meta |= LATER if later else {}
     return cast("float | None", dataclasses.field(default=None, metadata=meta))
 
 

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.errors import refuse_unlisted
 from seals.field_roles import roles
 from seals.schema import param, vector
-from seals.sensors.acoustics import sound_speed
 from seals.sensors.instrument import Instrument, TrueValues
 from seals.sensors.noise import Noise
 from seals.sensors.protocol import SensorInput
@@ -48,7 +46,8 @@ class SensorUsbl(Instrument):
         Ranges far above the receiver's own size.
 
     Limitations:
-        The time of travel does not delay a reading: state it as ``latency``. No echoes.
+        The time of travel does not delay a reading: state it as ``latency``; ``modem`` does. No
+        echoes.
 
     References:
         Mackenzie 1981, J. Acoust. Soc. Am. 70, 807.
@@ -91,13 +90,9 @@ class SensorUsbl(Instrument):
         there = felt.others[self.target] if self.target else np.asarray(self.place, dtype=float)
         offset = there - felt.position
         way = float(np.linalg.norm(offset))
-        if not self._heard(felt, there, offset, way):
+        speed = felt.around.sound(felt.time, felt.position, there, self.farthest)
+        if speed is None:
             return {"acoustic_valid": np.zeros(1)}, own
-        around, middle = felt.around, 0.5 * (there + felt.position)
-        depth = max(float(around.surface(felt.time, middle[None])[0]) - float(middle[2]), 0.0)
-        speed = sound_speed(
-            temperature=around.temperature(depth), salinity=around.salinity(depth), depth=depth
-        )
         x, y, z = (offset @ felt.rotation).tolist()
         seen = {
             "acoustic_range": way * self.assumed_speed / speed,
@@ -112,11 +107,3 @@ class SensorUsbl(Instrument):
         angle = Noise(sigma=self.angle_noise)
         laws = {"acoustic_bearing": angle, "acoustic_elevation": angle}
         return {"acoustic_range": Noise(sigma=self.noise), **laws}
-
-    def _heard(self, felt: SensorInput, there: Floats, offset: Floats, way: float) -> bool:
-        """Return whether sound reaches the transponder and comes back."""
-        around = felt.around
-        wet = around.wet(felt.time, felt.position) and around.wet(felt.time, there)
-        if not wet or not 0.0 < way <= self.farthest:
-            return False
-        return bool(around.ground_ahead(felt.position, offset[None] / way)[0] >= way * (1.0 - 1e-9))

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, columns, namespace
-from seals.environment.linear_waves import jonswap, wavenumber
-from seals.environment.waves import Sea, WaveOptions, gradient_along
+from seals.environment.linear_waves import jonswap, spread, wavenumber
+from seals.environment.waves import Sea, WaveOptions, gradient_of
 from seals.errors import ConfigError
 from seals.schema import check_tree, count, optional, param
 
@@ -30,10 +30,10 @@ class Spectrum(enum.Enum):
 
 @dataclass(kw_only=True)
 class WaveSea(WaveOptions):
-    """Sum of linear waves in one direction on water of any depth.
+    """Sum of linear waves on water of any depth, in one direction or spread about it.
 
     Equation:
-        eta = sum a_i cos(theta_i), theta_i = k_i (x cos b + y sin b) - w_i t + phi_i,
+        eta = sum a_i cos(theta_i), theta_i = k_i (x cos b_i + y sin b_i) - w_i t + phi_i,
         w_i^2 = g k_i tanh(k_i h); horizontal velocity a_i w_i cosh(k_i (z + h)) / sinh(k_i h)
         cos(theta_i), vertical a_i w_i sinh(k_i (z + h)) / sinh(k_i h) sin(theta_i), z below the
         mean level.
@@ -43,6 +43,8 @@ class WaveSea(WaveOptions):
         period: of the wave, or of the spectrum's peak [s].
         spectrum: regular or jonswap.
         direction: b, toward which the waves run, from east anticlockwise [rad].
+        spreading: s of an irregular sea whose directions are distributed as cos^{2s}((b_i - b) / 2)
+            [1]; one direction when left out. Wind seas have 5 to 15 at their peak, swell 25 to 75.
         depth: h of the sea [m]; deep water when left out.
         peakedness: gamma of the spectrum [1].
         components: waves of an irregular sea.
@@ -57,13 +59,15 @@ class WaveSea(WaveOptions):
         length at its peak.
 
     Limitations:
-        No second-order crest, no breaking, no spread of directions; velocity above the mean level
-        held at its value there. An irregular sea of n components repeats itself after a long while.
+        No second-order crest, no breaking; velocity above the mean level held at its value there.
+        The spread is that of all frequencies, and each component has one direction. An irregular
+        sea of n components repeats itself after a long while.
 
     References:
         Airy 1845; Dean and Dalrymple 1991, Water Wave Mechanics for Engineers and Scientists,
         ch. 3 and 4; Hasselmann et al. 1973; DNV-RP-C205, Environmental Conditions and Environmental
-        Loads.
+        Loads; Longuet-Higgins, Cartwright and Smith 1963; Goda 2010, Random Seas and Design of
+        Maritime Structures, ch. 2 (values of s).
 
     Example:
         >>> round(WaveSea(height=0.2, period=2.0).shortest, 3)
@@ -77,6 +81,9 @@ class WaveSea(WaveOptions):
     spectrum: Spectrum = Spectrum.regular
     direction: float = param(
         0.0, "rad", bounds=(-7.0, 7.0), tolerance=0.05, source=_CHOSEN, fit=False
+    )
+    spreading: float | None = optional(
+        "1", bounds=(0.5, 1000.0), source="Longuet-Higgins et al. 1963", later=True
     )
     depth: float | None = optional("m", bounds=(0.01, 12000.0), source=_CHOSEN)
     peakedness: float = param(
@@ -95,7 +102,7 @@ class WaveSea(WaveOptions):
             np.array([2.0 * math.pi / self.period]),
             np.array([self.height / 2]),
         )
-        self._phase = np.zeros(1)
+        self._phase, turns = np.zeros(1), np.zeros(1)
         peak = wavenumber(float(rates[0]), self._depth, self.gravity)
         if peak * self.height / 2 > 0.3:
             raise ConfigError(
@@ -117,6 +124,15 @@ class WaveSea(WaveOptions):
             )
             draw = np.random.default_rng(self.seed)
             self._phase = draw.uniform(0.0, 2.0 * math.pi, self.components)
+            if self.spreading is not None:
+                # no frequency has a side of its own
+                turns = draw.permutation(spread(self.spreading, self.components))
+        elif self.spreading is not None:
+            raise ConfigError(
+                f"wave.spreading={self.spreading:g}: a regular wave has one direction.\n"
+                "Choose an irregular sea: wave.spectrum=jonswap"
+            )
+        self._east, self._north = np.cos(self.direction + turns), np.sin(self.direction + turns)
         self._omega: Floats = rates
         self._k = np.array([wavenumber(float(w), self._depth, self.gravity) for w in rates])
 
@@ -132,45 +148,55 @@ class WaveSea(WaveOptions):
     def at(self, position: Array, time: Array, level: float) -> Sea:
         """Return the sea at points."""
         xp = namespace(position)
-        east, north = math.cos(self.direction), math.sin(self.direction)
-        k, omega, amplitude = (
-            as_like(a, position) for a in (self._k, self._omega, self._amplitude)
+        k, omega, amplitude, east, north = (
+            as_like(a, position)
+            for a in (self._k, self._omega, self._amplitude, self._east, self._north)
         )
         cosine, sine = self._turned(position, time)
         along, up = self._profiles(position, level)
-        slope = -xp.sum(k * amplitude * sine, axis=1)
-        rise = xp.sum(omega * amplitude * sine, axis=1)
-        length = xp.sqrt(1.0 + slope * slope)
+
+        def total(*parts: Array) -> list[Array]:
+            """Sums over the waves, shape (N,) each."""
+            return [xp.sum(part, axis=1) for part in parts]
+
+        steep = k * amplitude * sine
+        slope_x, slope_y, rise = total(east * steep, north * steep, omega * amplitude * sine)
+        length = xp.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
         speed, climb = omega * amplitude * along, omega * amplitude * up
-        u, w = xp.sum(speed * cosine, axis=1), xp.sum(climb * sine, axis=1)
-        push = xp.sum(omega * speed * sine, axis=1)
-        heave = -xp.sum(omega * climb * cosine, axis=1)
-        ahead, under = -xp.sum(k * speed * sine, axis=1), xp.sum(k * climb * cosine, axis=1)
+        level_speed, push = speed * cosine, omega * speed * sine
+        ahead, under = -k * speed * sine, k * climb * cosine
         return Sea(
             elevation=(level + xp.sum(amplitude * cosine, axis=1))[:, None],
-            normal=columns(-east * slope / length, -north * slope / length, 1.0 / length),
+            normal=columns(slope_x / length, slope_y / length, 1.0 / length),
             rise=(rise / length)[:, None],
-            velocity=columns(east * u, north * u, w),
-            acceleration=columns(east * push, north * push, heave),
-            gradient=gradient_along(east, north, ahead, under),
+            velocity=columns(*total(east * level_speed, north * level_speed, climb * sine)),
+            acceleration=columns(*total(east * push, north * push, -omega * climb * cosine)),
+            gradient=gradient_of(
+                total(east * east * ahead, east * north * ahead, north * north * ahead),
+                total(east * under, north * under),
+            ),
         )
 
     def displacement(self, position: Array, time: Array, level: float) -> Array:
         """Return the displacement of the water from its rest position [m], shape (N, 3)."""
         xp = namespace(position)
-        k, amplitude = as_like(self._k, position), as_like(self._amplitude, position)
+        k, amplitude, east, north = (
+            as_like(a, position) for a in (self._k, self._amplitude, self._east, self._north)
+        )
         cosine, sine = self._turned(position, time)
         along, up = (amplitude * share for share in self._profiles(position, level))
-        back = -xp.sum(along * sine, axis=1)
-        lift = xp.sum(up * cosine + 0.5 * k * along * up, axis=1)
-        return columns(math.cos(self.direction) * back, math.sin(self.direction) * back, lift)
+        back, lift = -along * sine, up * cosine + 0.5 * k * along * up
+        return columns(*(xp.sum(part, axis=1) for part in (east * back, north * back, lift)))
 
     def _turned(self, position: Array, time: Array) -> tuple[Array, Array]:
         """Cosine and sine of every theta, shape (N, M)."""
         xp = namespace(position)
-        way = math.cos(self.direction) * position[:, 0] + math.sin(self.direction) * position[:, 1]
-        k, omega, phase = (as_like(a, position) for a in (self._k, self._omega, self._phase))
-        theta = k * way[:, None] - omega * time + phase
+        k, omega, phase, east, north = (
+            as_like(a, position)
+            for a in (self._k, self._omega, self._phase, self._east, self._north)
+        )
+        way = east * position[:, 0:1] + north * position[:, 1:2]
+        theta = k * way - omega * time + phase
         return xp.cos(theta), xp.sin(theta)
 
     def _profiles(self, position: Array, level: float) -> tuple[Array, Array]:

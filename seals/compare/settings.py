@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Any, ClassVar
 
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
@@ -135,3 +135,5 @@ class CompareSettings(RunSettings):
     naming: NamingSettings = field(default_factory=NamingSettings)
     compare: CompareOptions = field(default_factory=CompareOptions)
     out: str | None = None
+
+    several: ClassVar[bool] = False

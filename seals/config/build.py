@@ -86,15 +86,16 @@ def _refuse_untyped(node: Any, where: str) -> None:
     refuse_unknown(node, where=where, made=True)
 
 
-def typed_entries(cls: type[T], node: Any, *, where: str) -> dict[str, T]:
+def typed_entries(cls: type[T], node: Any, *, where: str, lone: str | None = None) -> dict[str, T]:
     """Return the entries of a mapping as settings of one class.
 
-    A mapping of a typed class would not let ``+objects.cube.robot=ball`` in.
+    A mapping of a typed class would not let ``objects.cube.robot=ball`` in.
 
     Args:
         cls: dataclass of the settings.
         node: mapping of names to mappings, or None.
         where: its full key, named in every refusal.
+        lone: field that an entry sets which is a text; None where none may be.
 
     Raises:
         ConfigError: an entry holds an unknown key or a value of another type.
@@ -103,4 +104,6 @@ def typed_entries(cls: type[T], node: Any, *, where: str) -> dict[str, T]:
 
     raw = OmegaConf.to_container(node) if OmegaConf.is_config(node) else node
     entries: dict[str, Any] = read(dict[str, Any] | None, raw, where=where) or {}
+    if lone is not None:
+        entries = {k: {lone: e} if isinstance(e, str) else e for k, e in entries.items()}
     return {name: read(cls, entry, where=f"{where}.{name}") for name, entry in entries.items()}

@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from seals import registry
-from seals.config.roots import root_schema
+from seals.config.roots import OPEN, root_schema
 from seals.errors import ConfigError
 from seals.field_roles import Role, roles_of
+from seals.robot.robot_file import PARTS
 
 _PARTS = ("controller", "guide")
-"""Keys of an object in the scene that name plug-ins, of the kinds of the same name."""
+"""Keys of a robot or object that name plug-ins, of the kinds of the same name."""
 _SHIPPED = re.compile(r"[\w-]+/[\w-]+")
 _MARKS = "+~"
 
@@ -103,9 +104,9 @@ def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
     schema: Any = OmegaConf.get_type(node)
     if isinstance(schema, type) and dataclasses.is_dataclass(schema):
         yield from _values(node, schema, key)
-    elif name == "objects" and isinstance(node, DictConfig):
+    elif name in OPEN and isinstance(node, DictConfig):
         for part, inner in ((str(k), _at(node, k)) for k in node):
-            yield from _object(inner, f"{key}.{part}")
+            yield from _actor(inner, f"{key}.{part}")
     elif isinstance(node, DictConfig):
         for part, inner in ((str(k), _at(node, k)) for k in node):
             yield from _below(inner, part, f"{key}.{part}")
@@ -114,24 +115,30 @@ def _below(node: Any, name: str, key: str) -> Iterator[_Found]:
             yield from _below(_at(node, k), name, f"{key}.{k}")
 
 
-def _object(node: Any, key: str) -> Iterator[_Found]:
-    """Yield what is not data of an object in the scene, which has no type before it is built."""
+def _actor(node: Any, key: str) -> Iterator[_Found]:
+    """Yield what is not data of a robot or object, which has no type before it is built."""
     from seals.config.source import robot_names
 
-    if not _is_config(node):
-        return
-    robot = _at(node, "robot")
+    # a text alone is the robot
+    robot = _at(node, "robot") if _is_config(node) else node
     if robot is not None and str(robot) not in robot_names():
         yield f"{key}.robot", Role.read, robot
-    for part in _PARTS:
-        inner = _at(node, part)
-        if not _is_config(inner):
-            continue
-        chosen = _at(inner, part)
-        kinds = [str(chosen)] if chosen is not None else registry.names(part)
-        for plugin in kinds:
-            if plugin in registry.names(part):
-                yield from _values(inner, registry.get(part, plugin).load(), f"{key}.{part}")
+    for part in _PARTS if _is_config(node) else ():
+        yield from _part(_at(node, part), part, f"{key}.{part}")
+    for section, kind in PARTS.items() if _is_config(node) else ():
+        entries = _at(node, section)
+        for part in map(str, entries) if _is_config(entries) else ():
+            yield from _part(_at(entries, part), kind, f"{key}.{section}.{part}")
+
+
+def _part(node: Any, kind: str, key: str) -> Iterator[_Found]:
+    """Yield what is not data of a plug-in that a mapping names by its kind, or leaves to a file."""
+    if not _is_config(node):
+        return
+    chosen = _at(node, kind)
+    for plugin in registry.names(kind) if chosen is None else [str(chosen)]:
+        if plugin in registry.names(kind):
+            yield from _values(node, registry.get(kind, plugin).load(), key)
 
 
 def _own_model(file: str) -> bool:

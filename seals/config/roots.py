@@ -38,6 +38,9 @@ _AT = {
 }
 """Module and class by the name of the root configuration: each beside the code of its verb."""
 
+OPEN = frozenset({"objects", "robots"})
+"""Sections of a run to which the command line adds entries without a ``+``: they have no type
+before they are built."""
 NAMES = tuple(f"{root}_schema" for root in _AT)
 """As the defaults lists of the root configurations name them."""
 

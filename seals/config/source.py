@@ -9,6 +9,7 @@ costs nothing until it is wanted.
 from __future__ import annotations
 
 import copy
+import dataclasses
 import functools
 import os
 from pathlib import Path
@@ -25,7 +26,7 @@ from seals import registry
 from seals.config import roots
 from seals.config.derive import schema_of
 from seals.config.overlay import find_overlay, load_overlay, overlay_names
-from seals.config.roots import conf_folders
+from seals.config.roots import OPEN, conf_folders
 from seals.errors import ConfigError
 from seals.file_names import checked_name
 from seals.robot.robot_file import PARTS, RobotFile, read_robot
@@ -241,4 +242,6 @@ def _typed_node(schema: type) -> Container:
 @functools.cache
 def _read_schema(schema: type) -> Container:
     node: Container = OmegaConf.structured(schema)
+    for key in OPEN.intersection(field.name for field in dataclasses.fields(schema)):
+        OmegaConf.set_struct(node[key], False)
     return node

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from seals.arrays import Array, columns, namespace
@@ -40,13 +41,25 @@ def gradient_along(east: Array, north: Array, along: Array, down: Array) -> Arra
         along: gradient of the speed along that direction, along it [1/s], shape (N,).
         down: gradient of the same speed, upward [1/s], shape (N,).
     """
-    across, up, side = east * north * along, east * down, north * down
+    level = (east * east * along, east * north * along, north * north * along)
+    return gradient_of(level, (east * down, north * down))
+
+
+def gradient_of(level: Sequence[Array], upward: Sequence[Array]) -> Array:
+    """Return the velocity gradient of water in which nothing turns [1/s], shape (N, 3, 3).
+
+    Args:
+        level: of the eastward speed toward east and toward north, and of the northward speed toward
+            north, (N,) each.
+        upward: of the eastward and of the northward speed, upward, (N,) each.
+    """
+    (east, across, north), (up, side) = level, upward
     rows = (
-        columns(east * east * along, across, up),
-        columns(across, north * north * along, side),
-        columns(up, side, -along),
+        columns(east, across, up),
+        columns(across, north, side),
+        columns(up, side, -east - north),
     )
-    return namespace(along).stack(rows, axis=1)
+    return namespace(east).stack(rows, axis=1)
 
 
 def carried(gradient: Array, velocity: Array) -> Array:

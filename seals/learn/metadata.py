@@ -125,6 +125,8 @@ def world_config(config: Any) -> dict[str, Any]:
         plain = {key: value for key, value in plain.items() if key not in SEEN}
     plain["backend"] = {k: v for k, v in plain["backend"].items() if k not in FREE_OF_BACKEND}
     # a level world has the name that it had before there were height maps
+    late = later_defaults(LearnSettings)
+    plain = {key: value for key, value in plain.items() if key not in late or value != late[key]}
     around = plain["environment"]
     if not around["terrain"]["file"]:
         plain["environment"] = {k: v for k, v in around.items() if k != "terrain"}

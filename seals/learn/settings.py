@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
@@ -25,6 +25,8 @@ class LearnSettings(RunSettings):
     task: Any = None
     frames: int = 3
     ball: float = setting(0.05, "m", bounds=(1e-3, 10.0), source="chosen: opening of the hand")
+
+    several: ClassVar[bool] = False
 
 
 def check_own(config: Any, kind: type) -> None:

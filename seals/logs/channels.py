@@ -70,6 +70,10 @@ acoustic_range      -    aside   m      range of a transponder, by sound
 acoustic_bearing    -    aside   rad    bearing of a transponder, left positive
 acoustic_elevation  -    aside   rad    elevation of a transponder, up positive
 acoustic_valid      -    aside   1      whether a transponder is heard, 1 or 0
+modem_position      xyz  aside   m      position that a message by sound tells, world axes
+modem_delay         -    aside   s      travel of such a message
+modem_echo_delay    n    aside   s      how much later an echo of it came
+modem_echo_level    n    aside   dB     level of that echo relative to the direct sound
 range_valid         -    aside   1      whether a beam returned, 1 or 0
 contact             -    aside   1      whether a pad is touched, 1 or 0
 pressing            -    aside   N      normal force on a pad

@@ -31,6 +31,8 @@ FACTS, NOTES = "run.json", ".hydra"
 """What a run notes of itself, and the configuration that began it."""
 ROBOT = "robot"
 """Folder of the robot as it was simulated, in a log folder."""
+FLEET = "fleet"
+"""Folder of a run with a log folder for each of its further robots, by name."""
 MOVING = ".earlier.part"
 """Folder into which products are moved; it gets its name, ``earlier_N``, when all have arrived."""
 PRODUCTS = (
@@ -39,7 +41,7 @@ PRODUCTS = (
     *("checkpoint", ".checkpoint.before", "checkpoint.bin", "checkpoint.pt"),
     *("training.csv", "evaluation.csv", "policy", "tensorboard", "wandb", "mlflow.db", "film.mp4"),
     *("demonstration", "render"),
-    *("comparison.json", DIAGNOSIS),
+    *("comparison.json", DIAGNOSIS, FLEET),
     *(FACTS, NOTES),
 )
 """Names that runs and trainings write into their folder; ``run.json`` moves last but one."""
@@ -54,6 +56,22 @@ _MOST_NOTE = 1 << 24
 _ID_OF_LOG = re.compile(rb"^ +run_id: (r[0-9a-f]{16})\s*$", re.MULTILINE)
 _ID_OF_RUN = re.compile(rb'^ "run_id": "(r[0-9a-f]{16})",?\s*$', re.MULTILINE)
 _HELD: ContextVar[Mapping[str, int]] = ContextVar("run folders held", default={})  # noqa: B039
+
+
+def log_folder(run: Path, robot: str) -> Path:
+    """Return the folder of the log of a robot: that of the run for the one of ``robot=``."""
+    return run if robot == ROBOT else run / FLEET / robot
+
+
+def run_of(folder: Path) -> Path:
+    """Return the folder of the run that a log folder belongs to, itself for most.
+
+    Example:
+        >>> run_of(Path("survey/fleet/scout")).as_posix()
+        'survey'
+    """
+    inside = folder.parent.name == FLEET and not (folder / NOTES).exists()
+    return folder.parent.parent if inside else folder
 
 
 def new_id() -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,19 @@ from seals.config.compose import job_overrides, output_folder
 from seals.config.strangers import lookup_in
 from seals.errors import ConfigError, MissingExtra, SealsError
 from seals.file_names import short_path
-from seals.logs.run_folder import ROBOT, RUN_ID, bring_back, held, id_of_log, new_id, set_aside
+from seals.logs.run_folder import (
+    ROBOT,
+    RUN_ID,
+    bring_back,
+    held,
+    id_of_log,
+    log_folder,
+    new_id,
+    set_aside,
+)
 from seals.run.build import build_run
 from seals.run.checkpoint import Checkpoints, checkpoint_of, interval_of
+from seals.run.fleet import fleet_of, key_of
 from seals.run.folder import write_config, write_cut, write_end, write_log, write_start
 from seals.run.goals import missed
 from seals.run.live_output import opened
@@ -175,25 +185,37 @@ def _run_into(
             kept=kept,
             folder=folder,
         )
-    record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
     facts["compiled"] = compiled_of(settings)
-    write_log(folder, record, settings)
-    remarks = missed(record) + find_unused(settings, overrides) + find_conflicts(settings)
-    remarks += find_left_out(settings)
-    remarks += [] if original is None else _verdict(folder, original)
+    remarks, reports = find_conflicts(settings), []
+    for name, own in fleet_of(settings).items():
+        said, report = _written(folder, name, record.fleet[name], own, beginning)
+        remarks += said
+        reports.append(report)
+    remarks += [] if original is None else _verdict(folder, original, record.fleet)
     remarks += [] if cut is None else [f"Continued from the last checkpoint of {cut}."]
-    views = views_of(record, settings)
-    report = write_report(folder, record, settings, views, facts)
-    try:
-        write_plots(folder, views)
-    except MissingExtra as missing:
-        remarks.append(f"No pictures: {' '.join(str(missing).split())}")
     write_end(folder, facts, record, remarks)
     beginning.ended = True
     if record.ending is Ending.done:
         checkpoints.clear()
-    _say(record, settings, remarks, report)
+    _say(record, settings, remarks, reports)
     return record
+
+
+def _written(
+    folder: Path, name: str, record: Record, settings: RunSettings, beginning: _Beginning
+) -> tuple[list[str], Path]:
+    """Write log, ledger and report of one robot; return remarks and the report."""
+    place, facts = log_folder(folder, name), beginning.facts
+    record.log.meta["simulated"][RUN_ID] = facts[RUN_ID]
+    write_log(place, record, settings)
+    remarks = missed(record) + find_unused(settings, beginning.overrides) + find_left_out(settings)
+    views = views_of(record, settings)
+    report = write_report(place, record, settings, views, facts, run=folder)
+    try:
+        write_plots(place, views)
+    except MissingExtra as missing:
+        remarks.append(f"No pictures: {' '.join(str(missing).split())}")
+    return [f"{key_of(name)}: {r}" if key_of(name) else r for r in remarks], report
 
 
 def _refuse_company(overrides: list[str], key: str) -> None:
@@ -206,9 +228,10 @@ def _refuse_company(overrides: list[str], key: str) -> None:
         )
 
 
-def _verdict(folder: Path, original: Path) -> list[str]:
+def _verdict(folder: Path, original: Path, robots: Iterable[str]) -> list[str]:
     """Print whether a repeated run is identical to the original."""
-    found = differences(folder, original)
+    places = [(log_folder(folder, name), log_folder(original, name)) for name in robots]
+    found = [column for new, old in places for column in differences(new, old)]
     if not found:
         return [f"The log and the ledger are those of {original}, bit for bit."]
     causes = version_changes(original)
@@ -216,8 +239,8 @@ def _verdict(folder: Path, original: Path) -> list[str]:
     return [f"Differs from {original} in {', '.join(found[:6])}.{because}"]
 
 
-def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path) -> None:
-    """Print a summary of the run; the last line gives the path of the report."""
+def _say(record: Record, settings: RunSettings, remarks: list[str], reports: list[Path]) -> None:
+    """Print a summary of the run; the last lines give the paths of the reports."""
     end = float(record.log.time[-1])
     verb = {
         Ending.done: "simulated",
@@ -231,4 +254,5 @@ def _say(record: Record, settings: RunSettings, remarks: list[str], report: Path
     )
     for remark in remarks:
         print(remark)
-    print(f"report: {short_path(report)}")
+    for report in reports:
+        print(f"report: {short_path(report)}")

@@ -16,10 +16,12 @@ from seals.control.estimate import check_sense
 from seals.control.plant import build_plant
 from seals.control.protocols import GuideOptions
 from seals.effects.binding import EffectSet, bind_effects
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, naming, suggestion
 from seals.plugin_options import options_of
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
+from seals.run.fleet import ROBOT as ROBOT  # noqa: PLC0414  offered beside `build_world`
+from seals.run.fleet import fleet_of, key_of
 from seals.run.hover_trim import carrying
 from seals.run.immersed import (
     owners,
@@ -37,9 +39,6 @@ from seals.run.sight import open_cameras
 from seals.world import Actor, World
 from seals.world.pilot import Pilot
 from seals.world.servos import check_gains
-
-ROBOT = "robot"
-"""Name of the robot among the actors of a run."""
 
 
 def build_model(settings: RunSettings) -> tuple[RobotModel, EffectSet]:
@@ -71,20 +70,57 @@ def acting(settings: RunSettings) -> dict[str, Any]:
 
 
 def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
-    """Build a world with the robot and the objects of a run in their initial configurations.
+    """Build a world with the robots and the objects of a run in their initial configurations.
 
     Args:
         settings: of the run.
         repeats: times that the run is made, from a reset each.
 
     Raises:
-        SealsError: the robot, an effect or the initial state cannot be used.
+        SealsError: a robot, an effect or an initial state cannot be used.
     """
-    robot, effects = build_model(settings)
-    check_gains(robot, effects, settings.time.step)
-    _check_step(settings, robot)
+    fleet, step = fleet_of(settings), settings.time.step
+    models = {}
+    for name, own in fleet.items():
+        with naming(key_of(name)):
+            models[name] = robot, effects = build_model(own)
+            check_gains(robot, effects, step)
+            _check_step(own, robot)
     steps = step_count(settings)
-    settings.backend.open(surroundings(settings), settings.time.step)
+    settings.backend.open(surroundings(settings), step)
+    actors, places = {}, {}
+    for name, own in fleet.items():
+        with naming(key_of(name)):
+            actors[name] = _add_robot(own, *models[name], steps=steps, repeats=repeats)
+            places[name] = start = initial_configuration(own, actors[name].robot)
+            pilot = actors[name].pilot
+            if pilot is not None and own.initial.drives is DriveStart.carrying:
+                actors[name].drive_at_start = carrying(pilot.plant, start)
+    objects = add_objects(settings, steps=steps, repeats=repeats)
+    for name, thing in objects.items():
+        stated = settings.objects[name]
+        places[name] = stated_configuration(f"objects.{name}", stated, thing.robot)
+    actors |= objects
+    watch = open_cameras(settings, actors)
+    sink(settings, list(actors.values()))
+    world = World(
+        settings.backend,
+        actors,
+        settings.environment,
+        step=step,
+        seed=settings.seed,
+        seeds={name: (settings.seed, *name.encode()) for name in settings.robots},
+        fluid=settings.fluid,
+        watch=watch,
+    )
+    world.reset(places)
+    return world
+
+
+def _add_robot(
+    settings: RunSettings, robot: RobotModel, effects: EffectSet, *, steps: int, repeats: int
+) -> Actor:
+    """Add a robot to the open scene, with guide and controller."""
     resting = {name: settings.effects[name] for name in resting_effects(settings)}
     actor = Actor(
         robot,
@@ -99,27 +135,7 @@ def build_world(settings: RunSettings, *, repeats: int = 1) -> World:
         stated=stated_drag(settings, resting, robot.links),
     )
     actor.pilot = _build_pilot(settings, actor)
-    objects = add_objects(settings, steps=steps, repeats=repeats)
-    watch = open_cameras(settings, {ROBOT: actor, **objects})
-    sink(settings, [actor, *objects.values()])
-    world = World(
-        settings.backend,
-        {ROBOT: actor, **objects},
-        settings.environment,
-        step=settings.time.step,
-        seed=settings.seed,
-        fluid=settings.fluid,
-        watch=watch,
-    )
-    places = {
-        name: stated_configuration(f"objects.{name}", settings.objects[name], thing.robot)
-        for name, thing in objects.items()
-    }
-    start = initial_configuration(settings, robot)
-    if actor.pilot is not None and settings.initial.drives is DriveStart.carrying:
-        actor.drive_at_start = carrying(actor.pilot.plant, start)
-    world.reset({ROBOT: start, **places})
-    return world
+    return actor
 
 
 def _build_pilot(settings: RunSettings, actor: Actor) -> Pilot | None:
@@ -170,6 +186,11 @@ def build_twin(
         fused: let PyTorch's compiler join the arithmetic, likewise.
     """
     refuse_fluid(settings, "the batch dynamics")
+    if settings.robots:
+        raise ConfigError(
+            f"robots.{next(iter(settings.robots))}: the batch dynamics are many of one robot.\n"
+            "Choose it: robot=NAME; several kinds are for build_world."
+        )
     robot, effects = build_model(settings)
     twin = BatchDynamics(
         robot,

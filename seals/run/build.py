@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,18 +15,18 @@ from seals.config.plugin_lookup import plugin_name
 from seals.config.refusal import refusals
 from seals.environment.settings import ObstacleSettings, check_ground, check_profiles
 from seals.environment.terrain import terrain_of
-from seals.errors import ConfigError, suggestion
+from seals.errors import ConfigError, naming, suggestion
 from seals.file_names import checked_name
 from seals.registry import get, names
 from seals.robot.robot_file import PARTS
+from seals.run.fleet import VehicleSettings, build_robots, check_fleet, fleet_of, key_of
 from seals.run.hidden import hide
-from seals.run.object_settings import ObjectSettings, check_objects
+from seals.run.object_settings import ObjectSettings, check_named, instance_name
 from seals.run.replay_config import recalled
 from seals.run.settings import SINGLE, RunSettings
 from seals.schema import check_fields, check_tree
 
 PLAIN = ("environment", "initial", "time", "robot", "optics", "sight")
-_NAME = re.compile(r"\w[\w-]{0,119}")
 
 
 def build_run(config: Any) -> RunSettings:
@@ -48,7 +47,8 @@ def build_run(config: Any) -> RunSettings:
     refuse_unknown(config, where="")
     with refusals(()):
         values: dict[str, Any] = {key: OmegaConf.to_object(config[key]) for key in PLAIN}
-        values["objects"] = typed_entries(ObjectSettings, config.get("objects"), where="objects")
+        for key, cls in (("objects", ObjectSettings), ("robots", VehicleSettings)):
+            values[key] = typed_entries(cls, config.get(key), where=key, lone="robot")
         obstacles = config.environment.obstacles
         values["environment"].obstacles = typed_entries(
             ObstacleSettings, obstacles, where="environment.obstacles"
@@ -66,9 +66,20 @@ def build_run(config: Any) -> RunSettings:
             values[key] = None if node is None else build(node, where=key)
         for key in PARTS:
             values[key] = {
-                _instance(name, key): build(node, where=f"{key}.{name}")
+                instance_name(name, key): build(node, where=f"{key}.{name}")
                 for name, node in config[key].items()
             }
+    check_named("objects", values["objects"], example="cube")
+    check_named("robots", values["robots"], example="hexacopter")
+    kind: Any = OmegaConf.get_type(config)
+    one = isinstance(kind, type) and issubclass(kind, RunSettings) and not kind.several
+    if values["robots"] and one:
+        raise ConfigError(
+            f"robots.{next(iter(values['robots']))}: this command is for one robot.\n"
+            "Choose it: robot=NAME; several are for: seals run, seals view"
+        )
+    with refusals(()):
+        values["robots"] = build_robots(values["robots"])
     settings = RunSettings(**_with_model(config, values))
     _check(settings)
     return settings
@@ -88,16 +99,6 @@ def run_settings(overrides: Sequence[str] = ()) -> RunSettings:
         0.001
     """
     return build_run(compose(overrides))
-
-
-def _instance(name: Any, section: str) -> str:
-    """Return the name of an instance, which is part of columns and of folders."""
-    if not _NAME.fullmatch(str(name)):
-        raise ConfigError(
-            f"{section}.{name!s:.80}: this name is not allowed.\n"
-            "Allowed: letters, digits, '_' and '-', up to 120."
-        )
-    return str(name)
 
 
 def _with_model(config: Any, values: dict[str, Any]) -> dict[str, Any]:
@@ -126,15 +127,20 @@ def _check(settings: RunSettings) -> None:
     """Refuse values that the types let through."""
     for key in (*PLAIN, "objects"):
         check_tree(getattr(settings, key), where=key)
-    if not settings.robot.urdf:
-        raise ConfigError("robot is not given.\nChoose one: robot=NAME; see: seals list robot")
+    check_fleet(settings)
     kept = {key: getattr(settings, key) for key in ("seed", "surface", "particles", "checkpoint")}
     check_fields(RunSettings, kept, where="")
     check_profiles(settings.environment)
     check_ground(settings.environment)
     terrain_of(settings.environment.terrain)
-    check_objects(settings.objects)
     checked_name(settings.name, key="name")
+    for name, own in fleet_of(settings).items():
+        with naming(key_of(name)):
+            _check_one(own)
+
+
+def _check_one(settings: RunSettings) -> None:
+    """Refuse hidden effects that a robot does not have, and a guide that nobody follows."""
     acting = settings.effects.items()
     stated = [{"instance": name, "name": plugin_name("effect", type(e))} for name, e in acting]
     hide(settings.hide, stated, settings.wave)

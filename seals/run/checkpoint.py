@@ -219,7 +219,7 @@ def _restore(state: dict[str, Any], scene: bytes, world: World) -> None:
         conform(snapshot, like)
         if snapshot.time != snapshot.steps * world.step_size or snapshot.steps < 0:
             raise ValueError(f"{snapshot.steps} steps do not end at {snapshot.time:g} s")
-        random = checked_generator(snapshot.random)
+        random = {name: checked_generator(own) for name, own in snapshot.random.items()}
         # the engine opens it by its name: a copy that nobody else can write to
         (Path(beside) / SCENE).write_bytes(scene)
         recalled = backend.recall(Path(beside) / SCENE, snapshot.scene)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -56,20 +58,45 @@ class ObjectSettings:
     controller: Any = None
 
 
-def check_objects(objects: dict[str, ObjectSettings]) -> None:
-    """Refuse names that are invalid in column names, and objects without a robot.
+_NAME = re.compile(r"\w[\w-]{0,119}")
+LONGEST = 60
+"""Longest name of a robot or object: it is part of names of columns and folders."""
+
+
+def instance_name(name: Any, section: str) -> str:
+    """Return the name of a part of a robot, which is part of columns and of folders.
 
     Raises:
-        ConfigError: says which object.
+        ConfigError: it cannot be.
     """
-    for name, settings in objects.items():
-        if not name.isidentifier() or name == "robot":
+    if not _NAME.fullmatch(str(name)):
+        raise ConfigError(
+            f"{section}.{name!s:.80}: this name is not allowed.\n"
+            "Allowed: letters, digits, '_' and '-', up to 120."
+        )
+    return str(name)
+
+
+def check_named(section: str, stated: Mapping[str, Any], *, example: str) -> None:
+    """Refuse names that are invalid in columns, and robots or objects without a robot folder.
+
+    Args:
+        section: ``objects`` or ``robots``.
+        stated: settings with a ``robot``, by name.
+        example: of a robot.
+
+    Raises:
+        ConfigError: says which of them.
+    """
+    for name, settings in stated.items():
+        if not name.isidentifier() or name == "robot" or len(name) > LONGEST:
             raise ConfigError(
-                f"objects.{name}: '{name}' cannot name an object.\n"
-                "Allowed: letters, digits and '_', not beginning with a digit, and not 'robot'."
+                f"{section}.{name:.80}: '{name:.80}' cannot name one of the {section}.\n"
+                "Allowed: letters, digits and '_', not beginning with a digit, "
+                f"up to {LONGEST}, and not 'robot'."
             )
         if not settings.robot:
             raise ConfigError(
-                f"objects.{name}.robot has no value.\n"
-                "Give a robot or a robot folder, for instance: robot: cube"
+                f"{section}.{name}.robot has no value.\n"
+                f"Give a robot or a robot folder, for instance: robot: {example}"
             )

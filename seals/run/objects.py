@@ -21,10 +21,10 @@ from seals.frames import matrix_of, quaternion_of_rpy
 from seals.robot.build import build_robot
 from seals.robot.limbs import standing
 from seals.robot.model import RobotModel, Surface
-from seals.robot.robot_file import RobotFile
+from seals.robot.robot_file import PARTS, RobotFile
 from seals.robot.settings import RobotSettings
 from seals.run.immersed import owned, owners, stated_drag
-from seals.run.object_settings import ObjectSettings
+from seals.run.object_settings import ObjectSettings, instance_name
 from seals.run.settings import InitialSettings, RunSettings
 from seals.schema import read
 from seals.world import Actor
@@ -51,7 +51,7 @@ def add_objects(settings: RunSettings, *, steps: int, repeats: int = 1) -> dict[
         robot, effects = build_object(name, thing, found, settings.effects, settings.fluid)
         resting = {}
         if settings.fluid is not None:
-            own = _own_effects(name, found, thing)
+            own = build_parts("effects", f"objects.{name}", found, thing.effects)
             resting = {key: e for key, e in own.items() if owned(e, settings.fluid)}
         actor = Actor(
             robot,
@@ -92,7 +92,7 @@ def build_object(
     robot = build_robot(object_robot(found))
     ambient = {key: effect.ambient() for key, effect in around.items()}
     effects = {key: effect for key, effect in ambient.items() if effect is not None}
-    own = _own_effects(name, found, settings)
+    own = build_parts("effects", f"objects.{name}", found, settings.effects)
     if moves(settings, found):
         own |= {
             key: build_from_values(
@@ -161,22 +161,38 @@ def stated_configuration(
     )
 
 
-def _own_effects(name: str, found: RobotFile, settings: ObjectSettings) -> dict[str, Effect]:
-    """Effects of the object's folder, with values that the run overrides."""
-    parts = found.parts.get("effects", {})
-    for key in settings.effects:
+def build_parts(
+    section: str, where: str, found: RobotFile, given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Build the effects, sensors or actuators of a robot folder, with those that a run adds.
+
+    Args:
+        section: ``effects``, ``sensors`` or ``actuators``.
+        where: key of the robot or object, named in every refusal.
+        found: the robot folder.
+        given: by the run: values by parameter, over those of the folder; for one more, its name, or
+            a mapping that names it by its kind.
+
+    Raises:
+        SealsError: the folder has no such part and the run names none, or a value cannot be used.
+    """
+    kind, parts = PARTS[section], dict(found.parts.get(section, {}))
+    more = {str(key): _values(kind, given[key], f"{where}.{section}.{key}") for key in given}
+    for key, values in more.items():
+        plugin = values.pop(kind, None)
+        if plugin is not None:
+            parts[instance_name(key, f"{where}.{section}")] = str(plugin), {}
         refuse_unlisted(
-            str(key),
+            key,
             parts,
-            f"objects.{name}.effects.{key}: '{found.settings.name}' has no effect '{key}'",
+            f"{where}.{section}.{key}: '{found.settings.name}' has no {kind} '{key}'",
         )
-    out: dict[str, Effect] = {}
-    for key, (plugin, values) in parts.items():
-        where = f"objects.{name}.effects.{key}"
-        out[key] = build_from_values(
-            "effect", plugin, values, settings.effects.get(key) or {}, where=where
+    return {
+        key: build_from_values(
+            kind, plugin, values, more.get(key, {}), where=f"{where}.{section}.{key}"
         )
-    return out
+        for key, (plugin, values) in parts.items()
+    }
 
 
 def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:

@@ -74,11 +74,8 @@ def provenance(settings: RunSettings) -> dict[str, Any]:
         "seed": settings.seed,
         "engine": f"{type(settings.backend).__module__}.{type(settings.backend).__qualname__}",
         "compiled": compiled_of(settings),
-        "robot": {
-            "name": settings.robot.name,
-            "folder": settings.robot.folder,
-            "files": _robot_files(settings.robot),
-        },
+        **({"robot": _named_files(settings.robot)} if settings.robot.urdf else {}),
+        **({"robots": _fleet_files(settings)} if settings.robots else {}),
         **({"objects": _object_files(settings)} if settings.objects else {}),
     }
 
@@ -89,22 +86,27 @@ def compiled_of(settings: RunSettings) -> bool:
     return settings.fluid is None and compiles(choice, step_count(settings))
 
 
-def _object_files(settings: RunSettings) -> dict[str, Any]:
-    """Return folder and checksums of every object's robot, by the object's name.
+def _named_files(robot: RobotSettings) -> dict[str, Any]:
+    return {"name": robot.name, "folder": robot.folder, "files": _robot_files(robot)}
 
-    An object's ``robot.yaml`` counts: the configuration of the run does not repeat its values.
-    """
+
+def _whole_files(robot: RobotSettings) -> dict[str, Any]:
+    """Return folder and checksums of a robot whose values the configuration does not repeat."""
+    files = {**_robot_files(robot), OWN: digest(Path(robot.folder) / OWN)}
+    return {"folder": robot.folder, "files": files}
+
+
+def _fleet_files(settings: RunSettings) -> dict[str, Any]:
+    return {name: _whole_files(own.robot) for name, own in settings.robots.items()}
+
+
+def _object_files(settings: RunSettings) -> dict[str, Any]:
+    """Return folder and checksums of every object's robot, by the object's name."""
     from seals.config.source import find_robot
     from seals.run.objects import object_robot
 
     robots = {name: object_robot(find_robot(o.robot)) for name, o in settings.objects.items()}
-    return {
-        name: {
-            "folder": robot.folder,
-            "files": {**_robot_files(robot), OWN: digest(Path(robot.folder) / OWN)},
-        }
-        for name, robot in robots.items()
-    }
+    return {name: _whole_files(robot) for name, robot in robots.items()}
 
 
 def _robot_files(robot: RobotSettings) -> dict[str, str | None]:

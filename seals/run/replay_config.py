@@ -31,8 +31,9 @@ class _Files(NamedTuple):
 class _Facts(NamedTuple):
     """What ``run.json`` notes of a run's robots."""
 
-    robot: _Files
+    robot: _Files = _Files(folder="", files={})
     objects: Mapping[str, _Files] = {}
+    robots: Mapping[str, _Files] = {}
     compiled: bool | None = None
 
 
@@ -113,7 +114,9 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
     """Refuse a robot whose files have changed since the run, unless the run holds them all."""
     facts = _facts(folder)
     for name, thing in facts.objects.items():
-        _same_object(folder, name, thing, key)
+        _same_object(folder, f"the object '{name}'", thing, key)
+    for name, thing in facts.robots.items():
+        _same_object(folder, f"the robot '{name}'", thing, key)
     noted = facts.robot.files
     robot = Path(str(config.robot.folder))
     changed = [name for name, code in noted.items() if noted_digest(robot, name) != code]
@@ -132,12 +135,12 @@ def _same_robot(folder: Path, config: Any, key: str) -> None:
 
 
 def _same_object(folder: Path, name: str, noted: _Files, key: str) -> None:
-    """Refuse an object whose files have changed since the run."""
+    """Refuse an object, or one of several robots, whose files have changed since the run."""
     home = Path(noted.folder)
     changed = [file for file, code in noted.files.items() if noted_digest(home, file) != code]
     if changed:
         raise RobotError(
-            f"{key}={folder}: {', '.join(changed[:3])} in {home}, of the object '{name}', "
+            f"{key}={folder}: {', '.join(changed[:3])} in {home}, of {name}, "
             "changed or "
             "disappeared since the run.\nRestore the files as they were, or run again."
         )
@@ -147,6 +150,6 @@ def _facts(folder: Path) -> _Facts:
     """Return what ``run.json`` notes; nothing for a run that was interrupted."""
     path = folder / "run.json"
     if not os.path.lexists(path):
-        return _Facts(robot=_Files(folder="", files={}))
+        return _Facts()
     facts: _Facts = read_file(_Facts, path, remedy="Restore it, or remove it.", extra=True)
     return facts

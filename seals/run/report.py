@@ -35,9 +35,24 @@ _FILES = (
 
 
 def write_report(
-    folder: Path, record: Record, settings: RunSettings, views: Views, facts: dict[str, Any]
+    folder: Path,
+    record: Record,
+    settings: RunSettings,
+    views: Views,
+    facts: dict[str, Any],
+    *,
+    run: Path,
 ) -> Path:
-    """Write ``report.html`` into the folder of a run."""
+    """Write ``report.html`` of a robot into the folder of its log.
+
+    Args:
+        folder: of the log.
+        record: of the robot.
+        settings: of the run, as the robot has them.
+        views: charts.
+        facts: noted when the run began.
+        run: folder of the run.
+    """
     aims = goal_blocks(record)
     sections = [
         Section(title="Summary", blocks=_overview(record, settings)),
@@ -46,7 +61,7 @@ def write_report(
         _load_section(record, views, settings),
         Section(title="Inertial sensor", blocks=list(views.imu)),
         Section(title="Configuration", blocks=_settings(record, settings), wide=True),
-        Section(title="Repeat the run", blocks=_again(folder, facts), wide=True),
+        Section(title="Repeat the run", blocks=_again(run, facts), wide=True),
     ]
     subtitle = (
         f"{settings.robot.name}: {settings.robot.summary}"

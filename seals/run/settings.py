@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from seals.environment.settings import EnvironmentSettings
 from seals.field_roles import roles
 from seals.rendering.optics import Optics
 from seals.rendering.settings import SightSettings
 from seals.robot.settings import RobotSettings
-from seals.schema import count, optional, setting, vector
+from seals.schema import LATER, count, optional, setting, vector
 
 
 class DriveStart(enum.Enum):
@@ -68,7 +68,7 @@ SINGLE = ("backend", "wave", "fluid", "controller", "guide", "viewer", "live")
 
 @roles(
     data="name backend wave fluid effects sensors actuators controller guide objects viewer "
-    "water_type model force hide",
+    "robots water_type model force hide",
     read="repeat resume",
     permission="live",
 )
@@ -80,6 +80,8 @@ class RunSettings:
         name: name of the run, part of its folder's name.
         seed: seed of every random number of the run.
         robot: name of a robot, or its folder.
+        robots: further robots by name, each with its own controller, guide and sensors: the name
+            of a robot, or a mapping, see `seals.run.fleet.VehicleSettings`.
         backend: rigid-body backend.
         wave: water surface.
         fluid: simulated water, or None.
@@ -125,6 +127,7 @@ class RunSettings:
     guide: Any = None
     initial: InitialSettings = field(default_factory=InitialSettings)
     objects: dict[str, Any] = field(default_factory=dict)
+    robots: dict[str, Any] = field(default_factory=dict, metadata=LATER)
     time: TimeSettings = field(default_factory=TimeSettings)
     repeat: str | None = None
     resume: str | None = None
@@ -139,3 +142,6 @@ class RunSettings:
     force: bool = False
     hide: list[str] = field(default_factory=list)
     live: Any = None
+
+    several: ClassVar[bool] = True
+    """Whether there may be more robots than one: a batch and a person steer one."""

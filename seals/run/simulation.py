@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,9 +14,11 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError, SealsError
 from seals.logs import Log
+from seals.logs.run_folder import log_folder
 from seals.robot.model import RobotModel
-from seals.run.assembly import ROBOT, build_world, step_count
+from seals.run.assembly import build_world, step_count
 from seals.run.checkpoint import largest_state, refusals, take_up
+from seals.run.fleet import ROBOT, fleet_of
 from seals.run.fluid_book import FluidBook
 from seals.run.metadata import describe_run
 from seals.run.object_recorder import ObjectRecorder, describe_objects
@@ -45,7 +47,7 @@ class Ending(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """Result of a run: log, ledger, ending.
+    """Result of a run: log and ledger of one of its robots, ending.
 
     Args:
         log: in the native format.
@@ -58,6 +60,7 @@ class Record:
         error: what stopped it, None when it is done.
         steps: steps that were completed.
         seconds: wall time of the steps [s].
+        fleet: records of all robots of the run by name, this one's among them, in their order.
     """
 
     log: Log
@@ -70,6 +73,7 @@ class Record:
     error: BaseException | None
     steps: int
     seconds: float
+    fleet: dict[str, Record]
 
     @property
     def rate(self) -> float:
@@ -86,7 +90,7 @@ def simulate(
     kept: Path | None = None,
     folder: Path | None = None,
 ) -> Record:
-    """Simulate a run from start to end, or until its guide is done or gives up.
+    """Simulate a run from start to end, or until every guide is done or gives up.
 
     An interruption, or an error while stepping, ends the run early; the record holds it and all
     rows up to it.
@@ -101,55 +105,109 @@ def simulate(
 
     Raises:
         SealsError: the run cannot start.
+
+    Returns:
+        The record of the first robot, which holds those of the others.
     """
-    steps = step_count(settings)
-    if steps > MOST_STEPS:
+    steps, fleet = step_count(settings), fleet_of(settings)
+    if steps * len(fleet) > MOST_STEPS:
+        several = f" of {len(fleet)} robots" if len(fleet) > 1 else ""
         raise ConfigError(
             f"time.duration={settings.time.duration:g} at time.step={settings.time.step:g} makes "
-            f"{steps:,} steps.\n"
+            f"{steps:,} steps{several}.\n"
             f"Allowed: up to {MOST_STEPS:,} steps in one run; take a longer step or several runs."
         )
     with stoppable():
         world = build_world(settings)
         try:
-            books = _books(settings, world, steps)
+            books = _Books(settings, world, fleet, steps)
             if kept is not None:
                 _take_up(kept, world, books, steps, recorders)
-            for recorder in (*books, *recorders):
+            books.start(folder)
+            for recorder in recorders:
                 recorder.start(world, folder)
             stepping = _Stepping(world, books, steps, label, tuple(recorders), kept)
-            return _stepped(settings, stepping, started)
+            return _stepped(fleet, stepping, started)
         finally:
             world.close()
 
 
-class _Books(NamedTuple):
-    """Recorders of the log of a run; checkpoints keep them under these names."""
+class _Own(NamedTuple):
+    """Recorders of the log of one robot."""
 
     recorder: RobotRecorder
-    objects: ObjectRecorder
     stages: Stages
     aims: Aims
     commands: Commands
     contacts: Contacts
-    fluid: FluidBook
     pictures: Pictures
 
-    def record(self, world: World) -> Moment:
+
+class _Books:
+    """Recorders of the logs of a run, with the initial row.
+
+    Args:
+        settings: of the run.
+        world: at its start.
+        fleet: settings of every robot.
+        steps: of the run.
+
+    Attributes:
+        robots: recorders of every robot by name.
+        objects: recorder of the objects.
+        fluid: recorder of the fluid.
+        first: recorder of the first robot, which counts the rows.
+    """
+
+    def __init__(
+        self, settings: RunSettings, world: World, fleet: Mapping[str, RunSettings], steps: int
+    ) -> None:
+        e, self._world = settings.environment, world
+        self.robots: dict[str, _Own] = {}
+        for name in fleet:
+            actor = world.actors[name]
+            self.robots[name] = _Own(
+                RobotRecorder(actor, steps=steps, gravity=e.gravity, water_level=e.water_level),
+                Stages(actor.pilot),
+                Aims(actor.pilot, steps=steps),
+                Commands(actor, steps=steps),
+                Contacts(actor),
+                Pictures(actor),
+            )
+        things = {name: actor for name, actor in world.actors.items() if name not in fleet}
+        self.objects, self.fluid = ObjectRecorder(things, steps=steps), FluidBook(world.fluid)
+        self.first = next(iter(self.robots.values())).recorder
+        self.record()
+
+    def named(self) -> Iterator[tuple[str, str, Recorder]]:
+        """Yield every recorder with its robot, `ROBOT` for none, and its key in checkpoints."""
+        for name, own in self.robots.items():
+            for key, book in own._asdict().items():
+                yield name, f"{name}.{key}", book
+        yield ROBOT, "objects", self.objects
+        yield ROBOT, "fluid", self.fluid
+
+    def start(self, folder: Path | None) -> None:
+        """Write to the folder of a run from now on."""
+        for name, _, book in self.named():
+            book.start(self._world, None if folder is None else log_folder(folder, name))
+
+    def record(self) -> Moment:
         """Record the present row."""
-        past = world.actors[ROBOT].history
-        before = float(self.recorder.time[-1]) if self.recorder.rows else world.time
-        row = self.recorder.rows
+        world, row = self._world, self.first.rows
+        # only a robot that is alone makes several steps at once
+        past = self.first.actor.history
+        before = float(self.first.time[-1]) if row else world.time
         if past is not None:
             row, before = row + len(past.times), past.times[-1]
         moment = Moment(world, row, before, self.snapshot, past)
-        for book in self:
+        for _, _, book in self.named():
             book.record(moment)
         return moment
 
     def snapshot(self) -> dict[str, Any]:
         """Return all rows so far."""
-        return {name: book.snapshot() for name, book in self._asdict().items()}
+        return {key: book.snapshot() for _, key, book in self.named()}
 
     def restore(self, kept: Mapping[str, Any], folder: Path) -> None:
         """Continue after the rows of a snapshot.
@@ -161,33 +219,16 @@ class _Books(NamedTuple):
         Raises:
             ValueError: it is of another run.
         """
-        rows = row_count(kept["recorder"]["rows"], self.recorder.most)
-        for name, book in self._asdict().items():
-            book.restore(kept[name], rows, folder)
+        first = next(iter(self.robots))
+        rows = row_count(kept[f"{first}.recorder"]["rows"], self.first.most)
+        for name, key, book in self.named():
+            book.restore(kept[key], rows, log_folder(folder, name))
 
-
-def _books(settings: RunSettings, world: World, steps: int) -> _Books:
-    """Create the recorders with the initial row."""
-    actor = world.actors[ROBOT]
-    recorder = RobotRecorder(
-        actor,
-        steps=steps,
-        gravity=settings.environment.gravity,
-        water_level=settings.environment.water_level,
-    )
-    things = {name: other for name, other in world.actors.items() if name != ROBOT}
-    books = _Books(
-        recorder,
-        ObjectRecorder(things, steps=steps),
-        Stages(actor.pilot),
-        Aims(actor.pilot, steps=steps),
-        Commands(actor, steps=steps),
-        Contacts(actor),
-        FluidBook(world.fluid),
-        Pictures(actor),
-    )
-    books.record(world)
-    return books
+    @property
+    def over(self) -> bool:
+        """Whether every guide is done or gave up; false where there is none."""
+        led = [own.stages for own in self.robots.values() if own.recorder.actor.pilot is not None]
+        return bool(led) and all(stages.outcome is not None for stages in led)
 
 
 def _take_up(
@@ -198,7 +239,7 @@ def _take_up(
     with refusals(kept):
         books.restore(state, kept.parent)
         for recorder in recorders:
-            recorder.restore(None, books.recorder.rows, kept.parent)
+            recorder.restore(None, books.first.rows, kept.parent)
 
 
 class _Stepping(NamedTuple):
@@ -212,10 +253,11 @@ class _Stepping(NamedTuple):
     kept: Path | None
 
 
-def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] | None) -> Record:
+def _stepped(
+    fleet: Mapping[str, RunSettings], run: _Stepping, started: Callable[[], None] | None
+) -> Record:
     """Take all steps, until the end or an interruption."""
-    actor, books = run.world.actors[ROBOT], run.books
-    recorder, objects, stages = books[:3]
+    books, rows = run.books, run.books.first
     if started is not None:
         started()
     start = time.perf_counter()
@@ -223,25 +265,29 @@ def _stepped(settings: RunSettings, run: _Stepping, started: Callable[[], None] 
     seconds = time.perf_counter() - start
     if ending is not Ending.done:
         # a step that failed has its row in the ledger; steps made at once have more
-        rows = recorder.rows - (ending is Ending.interrupted)
-        for ledger in (actor.ledger, *objects.ledgers.values()):
-            ledger.rewind(rows)
-    for book in (*books, *run.recorders):
+        for actor in run.world.actors.values():
+            actor.ledger.rewind(rows.rows - (ending is Ending.interrupted))
+    for _, _, book in books.named():
         book.close()
-    log = _log(settings, actor.robot, books)
-    log.meta.update(stages.described() | books.contacts.described())
-    return Record(
-        log=log,
-        ledger=actor.ledger,
-        robot=actor.robot,
-        objects=objects.ledgers,
-        stages=stages,
-        fluid=books.fluid.columns(recorder.rows),
-        ending=ending,
-        error=error,
-        steps=recorder.rows - 1,
-        seconds=seconds,
-    )
+    for recorder in run.recorders:
+        recorder.close()
+    records: dict[str, Record] = {}
+    for name, settings in fleet.items():
+        own, actor = books.robots[name], run.world.actors[name]
+        records[name] = Record(
+            log=_log(settings, actor.robot, own, books.objects),
+            ledger=actor.ledger,
+            robot=actor.robot,
+            objects=books.objects.ledgers,
+            stages=own.stages,
+            fluid=books.fluid.columns(rows.rows),
+            ending=ending,
+            error=error,
+            steps=rows.rows - 1,
+            seconds=seconds,
+            fleet=records,
+        )
+    return next(iter(records.values()))
 
 
 def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
@@ -250,12 +296,12 @@ def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     most = MANY if all(recorder.sparse for recorder in recorders) else 1
     try:
         with progress(label, steps, books.fluid.note) as tell:
-            done = books.recorder.rows - 1
+            done = books.first.rows - 1
             while done < steps:
                 done += world.stride(min(steps - done, most))
-                moment = books.record(world)
+                moment = books.record()
                 tell(done)
-                if books.stages.outcome is not None:
+                if books.over:
                     break
                 for recorder in recorders:
                     recorder.record(moment)
@@ -281,8 +327,8 @@ def _blamed(kept: Path, fault: Exception) -> Exception:
     return refusal
 
 
-def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
-    recorder, objects = books.recorder, books.objects
+def _log(settings: RunSettings, robot: RobotModel, own: _Own, objects: ObjectRecorder) -> Log:
+    recorder = own.recorder
     first: dict[str, Floats] = {
         name: values[0] for name, values in recorder.truth.items() if np.all(np.isfinite(values[0]))
     }
@@ -293,6 +339,7 @@ def _log(settings: RunSettings, robot: RobotModel, books: _Books) -> Log:
     meta: dict[str, Any] = describe_run(settings, robot, layout, recorder.sources(), initial)
     if objects.actors:
         meta["objects"] = describe_objects(settings, objects.actors)
+    meta |= own.stages.described() | own.contacts.described()
     columns = recorder.columns() | objects.columns(recorder.rows)
-    columns |= books.aims.columns(recorder.rows) | books.commands.columns(recorder.rows)
+    columns |= own.aims.columns(recorder.rows) | own.commands.columns(recorder.rows)
     return Log(name=settings.name, columns=columns, meta=meta, source="simulated by SEALS")

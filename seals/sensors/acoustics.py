@@ -89,6 +89,48 @@ def sound_speed(*, temperature: float, salinity: float, depth: float = 0.0) -> f
     return warm + salt + 1.630e-2 * z + 1.675e-7 * z**2 - 7.139e-13 * t * z**3
 
 
+def mirrored(
+    source: Floats, receiver: Floats, reflection: tuple[float, float], levels: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    """Return the lengths of sound paths by surface and bottom, and their levels.
+
+    Equation:
+        d_e = |p - p'|, p' the image of the source in the levels, in turn; level 20 log10(R d / d_e)
+        relative to the direct path d, R the product of the reflection coefficients.
+
+    Args:
+        source: world [m], shape (3,).
+        receiver: likewise.
+        reflection: coefficients of surface and bottom, as magnitudes [1].
+        levels: heights of surface and bottom, world z [m]; minus infinity for no bottom.
+
+    Returns:
+        Lengths [m] and levels [dB] of the paths by the surface, the bottom, the surface and then
+        the bottom, the bottom and then the surface, shape (4,) each; NaN for paths that are not
+        there.
+
+    References:
+        Urick 1983, Principles of Underwater Sound, ch. 5.
+
+    Example:
+        >>> ends = np.array([0.0, 0.0, -3.0]), np.array([8.0, 0.0, -3.0])
+        >>> mirrored(*ends, (1.0, 0.5), (0.0, -7.5))[0].tolist()
+        [10.0, 12.041594578792296, 17.0, 17.0]
+    """
+    direct = float(np.linalg.norm(receiver - source))
+    lengths, factors = [], []
+    for order in ((0,), (1,), (0, 1), (1, 0)):
+        height, factor = float(source[2]), 1.0
+        for side in order:
+            height, factor = 2.0 * levels[side] - height, factor * reflection[side]
+        across = float(np.hypot(*(receiver - source)[:2]))
+        lengths.append(math.hypot(across, height - float(receiver[2])))
+        factors.append(factor)
+    ways = np.where(np.isfinite(lengths), lengths, np.nan)
+    with np.errstate(divide="ignore"):
+        return ways, 20.0 * np.log10(np.array(factors) * direct / ways)
+
+
 def line_pattern(angles: Floats, width: float) -> Floats:
     """Return the one-way power pattern of a uniform line array.
 

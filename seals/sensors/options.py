@@ -29,6 +29,9 @@ class SensorOptions:
     sees: ClassVar[bool] = False
     """Whether it is a camera, which gets a view of the scene where the run has a renderer."""
 
+    travels: ClassVar[bool] = False
+    """Whether a reading arrives some steps after it was due, as a message by sound does."""
+
     records: ClassVar[bool] = False
     """Whether it makes images itself, without a renderer, to be kept next to the log."""
 

@@ -13,6 +13,7 @@ from seals.environment.ground import solids_of
 from seals.environment.sampler import WaterColumn
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
+from seals.sensors.acoustics import sound_speed
 from seals.sensors.rays import Shape, distances, shape_of_solid
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -78,6 +79,27 @@ class Surroundings:
     def salinity(self, depth: float) -> float:
         """Return the salinity of the water at a depth [g/kg]."""
         return float(np.interp(depth, self._salt[:, 0], self._salt[:, 1]))
+
+    def sound(self, time: float, here: Floats, there: Floats, farthest: float) -> float | None:
+        """Return the speed of sound half-way between two points [m/s]; None where none arrives.
+
+        Both are under water, nothing stands between them, and they are no farther apart.
+
+        Args:
+            time: [s].
+            here: world [m], shape (3,).
+            there: likewise.
+            farthest: range [m].
+        """
+        offset, middle = there - here, 0.5 * (there + here)
+        way = float(np.linalg.norm(offset))
+        if not 0.0 < way <= farthest or not (self.wet(time, here) and self.wet(time, there)):
+            return None
+        if self.ground_ahead(here, offset[None] / way)[0] < way * (1.0 - 1e-9):
+            return None
+        depth = max(float(self.surface(time, middle[None])[0]) - float(middle[2]), 0.0)
+        warm, salt = self.temperature(depth), self.salinity(depth)
+        return sound_speed(temperature=warm, salinity=salt, depth=depth)
 
     def pressure(self, time: float, point: Floats) -> float:
         """Return the pressure above that of the air [Pa]; zero out of the water.

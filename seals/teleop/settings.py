@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import ClassVar
 
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
@@ -39,3 +40,5 @@ class TeleopSettings(RunSettings):
     script: str | None = None
     speed: float = setting(1.0, "1", bounds=(0.01, 100.0), source="chosen")
     export: list[Export] = field(default_factory=list)
+
+    several: ClassVar[bool] = False

@@ -85,6 +85,9 @@ def check_sensor(
         "See seals.sensors.protocol.Sensor.",
     )
     require(made.rate > 0.0, name, f"has the rate {made.rate} Hz", "Allowed: above zero.")
+    if options_of(made, SensorOptions).travels:
+        _check_travel(name, make, seed)
+        return SensorReport(name=name, channels=made.channels(), figures={})
     place = _check_due(name, made, seed)
     _check_seed(name, make, place, seed)
     channels = made.channels()
@@ -125,6 +128,42 @@ def _check_due(name: str, sensor: Sensor, seed: int) -> str:
         "Return all channels in one of the two.",
     )
     return whole[0]
+
+
+TRAVEL = 500
+"""Steps within which a reading arrives that travels."""
+
+
+def _check_travel(name: str, make: Callable[[], Sensor], seed: int) -> None:
+    """Check readings that arrive later than due: complete, repeatable, noise drawn when due."""
+    records = []
+    for place in (*HEIGHTS, *HEIGHTS):
+        sensor, rng, rows = make(), np.random.default_rng(seed), []
+        memory = sensor.start(rng)
+        for k in range(TRAVEL):
+            state, due = rng.bit_generator.state, k == 0
+            reading, memory = sensor.sense(_moving(k, place), memory, rng, due=due)
+            quiet = due or rng.bit_generator.state == state
+            require(quiet, name, "draws noise when no reading is due", "Draw when due only.")
+            require_storable(name, memory)
+            rows += [] if reading is None else [(k, reading)]
+        records.append(rows)
+    half = len(HEIGHTS)
+    require(
+        any(records),
+        name,
+        f"gives nothing within {TRAVEL} steps, neither under water nor in the air",
+        "Return what arrived.",
+    )
+    for rows, again in zip(records[:half], records[half:], strict=True):
+        steps = [k for k, _ in rows] == [k for k, _ in again]
+        same = steps and all(
+            set(a) == set(make().channels()) and all(np.array_equal(a[c], b[c]) for c in a)
+            for (_, a), (_, b) in zip(rows, again, strict=True)
+        )
+        require(
+            same, name, "lacks a channel, or reads differently under one seed", "Draw from rng."
+        )
 
 
 def _complete(name: str, sensor: Sensor, place: str, memory: Any, seed: int) -> bool:

@@ -9,6 +9,7 @@ from seals.config.build import build
 from seals.config.compose import job_overrides, output_folder
 from seals.config.overrides import key_of
 from seals.errors import ConfigError
+from seals.logs.run_folder import run_of
 from seals.run.build import build_run
 from seals.run.immersed import resting_effects
 from seals.run.replay_config import recalled
@@ -49,7 +50,7 @@ def execute(config: Any) -> int | None:
                 f"run= shows a finished run; it cannot be combined with {others[0]}.\n"
                 "Leave out the other arguments, or start a new run without run=."
             )
-        place = Path(str(config.run))
+        place = run_of(Path(str(config.run)))
         replay = open_replay(place, key="run")
         kept = recalled(place, key="run")
         idle = resting_effects(replay.stage.settings)

@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
+from seals.logs.run_folder import log_folder
 from seals.logs.table import read_parquet
 from seals.rendering.scene import Poses
-from seals.run.assembly import ROBOT
+from seals.run.fleet import fleet_of
 from seals.view.stage import Stage
 
 LEDGER = "ledger.parquet"
@@ -45,25 +46,28 @@ class Forces:
     def __init__(self, stage: Stage, folder: Path | None) -> None:
         self._time: Floats = np.zeros(0)
         self._table: dict[str, dict[int, Floats]] = {}
-        path = None if folder is None else folder / LEDGER
-        if path is not None and path.is_file():
-            columns = read_parquet(path)
+        logs = (
+            {} if folder is None else {n: log_folder(folder, n) for n in fleet_of(stage.settings)}
+        )
+        for robot, place in logs.items():
+            path = place / LEDGER
+            columns = read_parquet(path) if path.is_file() else {"t": self._time}
             self._time = columns.pop("t")
             for name, values in columns.items():
-                self._sort(stage, name, values)
+                self._sort(stage, robot, name, values)
         self.effects = tuple(self._table)
         sizes = [np.linalg.norm(f, axis=1) for by in self._table.values() for f in by.values()]
         self.usual = float(np.quantile(np.max(sizes, axis=0), 0.9)) if sizes else 0.0
 
-    def _sort(self, stage: Stage, name: str, values: Floats) -> None:
-        """Store a column ``[actor/]effect.link.component`` in the table."""
+    def _sort(self, stage: Stage, robot: str, name: str, values: Floats) -> None:
+        """Store a column ``[object/]effect.link.component`` of a robot's ledger in the table."""
         actor, _, rest = name.rpartition("/")
         effect, _, rest = rest.partition(".")
         link, _, component = rest.rpartition(".")
         if component not in COMPONENTS:
             return
         by_frame = self._table.setdefault(effect, {})
-        frame = stage.frame(actor or ROBOT, link)
+        frame = stage.frame(actor or robot, link)
         force = by_frame.setdefault(frame, np.zeros((len(values), 3)))
         force[:, COMPONENTS.index(component)] = np.nan_to_num(values)
 

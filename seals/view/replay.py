@@ -13,11 +13,12 @@ from seals.errors import ConfigError
 from seals.frames import matrix_of
 from seals.logs import Log
 from seals.logs.native import read_native
+from seals.logs.run_folder import log_folder, run_of
 from seals.multibody.tree import forward
 from seals.rendering.scene import Poses
 from seals.robot.model import RobotModel
-from seals.run.assembly import ROBOT
 from seals.run.build import build_run
+from seals.run.fleet import fleet_of
 from seals.run.object_recorder import POSE, TURN
 from seals.run.replay_config import recalled
 from seals.view.stage import Stage, build_stage
@@ -94,33 +95,41 @@ def open_replay(folder: str | Path, *, key: str = "replay") -> Replay:
     """Open a run folder for replay.
 
     Args:
-        folder: of the run; it holds ``.hydra/config.yaml``, ``log.parquet`` and ``meta.yaml``.
+        folder: of the run; it holds ``.hydra/config.yaml``, ``log.parquet`` and ``meta.yaml``. Or
+            the log folder of one of its robots: all are shown.
         key: that named it, for messages.
 
     Raises:
         ConfigError: it is not a run, or has no log yet.
         RobotError: the robot's files have changed since.
     """
-    place = Path(folder)
+    place = run_of(Path(folder))
     settings = build_run(recalled(place, key=key))
-    if not (place / "log.parquet").is_file():
+    places = {name: log_folder(place, name) for name in fleet_of(settings)}
+    if not all((at / "log.parquet").is_file() for at in places.values()):
         raise ConfigError(
             f"{key}={place}: this run has no log.parquet.\n"
             "It is still running, or was interrupted: wait, or resume it: seals run "
             f"resume={place}"
         )
-    stage, log = build_stage(settings), read_native(place)
-    return Replay(place, stage, np.asarray(log.time, dtype=float), tracks_of(log, stage))
+    stage, logs = build_stage(settings), {name: read_native(at) for name, at in places.items()}
+    time = np.asarray(next(iter(logs.values())).time, dtype=float)
+    return Replay(place, stage, time, tracks_of(logs, stage))
 
 
-def tracks_of(log: Log, stage: Stage) -> dict[str, Track]:
-    """Return the motion of robot and objects by name.
+def tracks_of(logs: Mapping[str, Log], stage: Stage) -> dict[str, Track]:
+    """Return the motion of robots and objects by name.
+
+    Args:
+        logs: of the robots by name; that of the first one tells of the objects.
+        stage: of their run.
 
     Raises:
-        ConfigError: the log has no column of an actor.
+        ConfigError: a log has no column of an actor.
     """
+    first = next(iter(logs.values()))
     return {
-        name: Track.of(log, robot, "" if name == ROBOT else f"object_{name}_")
+        name: Track.of(logs.get(name, first), robot, "" if name in logs else f"object_{name}_")
         for name, robot in stage.robots.items()
     }
 

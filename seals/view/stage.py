@@ -1,4 +1,4 @@
-"""Visual scene of a run: robot, objects and ground as shapes."""
+"""Visual scene of a run: robots, objects and ground as shapes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from seals.rendering.gather import build_scene
 from seals.rendering.scene import Detail, Scene
 from seals.robot.build import build_robot
 from seals.robot.model import RobotModel
-from seals.run.assembly import ROBOT
+from seals.run.fleet import fleet_of
 from seals.run.immersed import surroundings
 from seals.run.objects import object_robot
 from seals.run.settings import RunSettings
@@ -21,7 +21,7 @@ class Stage(NamedTuple):
 
     Args:
         settings: of the run.
-        robots: the robot and the objects by the name of their actor, the robot first.
+        robots: robots and objects by the name of their actor, the robots first.
         scene: their shapes and those of the ground; its frames are ``actor/link``.
         walls: parts of the scene that hold a simulated water together; best seen through.
     """
@@ -44,7 +44,7 @@ def build_stage(settings: RunSettings) -> Stage:
     """
     from seals.config.source import find_robot
 
-    robots = {ROBOT: build_robot(settings.robot)}
+    robots = {name: build_robot(own.robot) for name, own in fleet_of(settings).items()}
     for name, thing in settings.objects.items():
         robots[name] = build_robot(object_robot(find_robot(thing.robot)))
     scene = build_scene(robots, solids_of(surroundings(settings)), detail=Detail.visual)

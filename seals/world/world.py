@@ -1,8 +1,9 @@
-"""World: time, random state, and the sequence of one step."""
+"""World: time, random states, and the sequence of one step."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.backend import Backend, Configuration
 from seals.environment.settings import EnvironmentSettings
-from seals.errors import PhysicsError
+from seals.errors import PhysicsError, naming
 from seals.fluid import Fluid
 from seals.rendering.camera_view import SceneView
 from seals.state_records import state_record
@@ -20,7 +21,7 @@ from seals.world.immersion import joined
 
 @state_record
 class Snapshot(NamedTuple):
-    """An opaque copy of a world: time, random state, scene, actors."""
+    """An opaque copy of a world: time, random states by actor, scene, actors."""
 
     time: float
     steps: int
@@ -62,13 +63,14 @@ class World:
         actors: robots by name.
         environment: air, water, ground.
         step: [s].
-        seed: of the world's random state.
+        seed: of the random states.
+        seeds: of robots by name, in place of it, so that none measures what another does.
         fluid: open, that all robots are in, or None.
         watch: the scene as cameras see it, or None; closed with the world.
 
     Attributes:
         time: [s].
-        rng: random state of all sensors.
+        rngs: random state of the sensors of each actor, by name.
     """
 
     def __init__(
@@ -79,13 +81,15 @@ class World:
         *,
         step: float,
         seed: int,
+        seeds: Mapping[str, Sequence[int]] = MappingProxyType({}),
         fluid: Fluid | None = None,
         watch: SceneView | None = None,
     ) -> None:
         self.backend, self.actors, self.environment = backend, dict(actors), environment
-        self.step_size, self.seed, self.fluid, self.watch = step, seed, fluid, watch
+        self.step_size, self.fluid, self.watch = step, fluid, watch
         self.time, self._count = 0.0, 0
-        self.rng = np.random.default_rng(seed)
+        self._seeds: Mapping[str, Any] = {name: seeds.get(name, seed) for name in self.actors}
+        self._reseed()
         one = len(self.actors) == 1 and fluid is None
         self._alone = next(iter(self.actors.values())) if one else None
         for name, actor in self.actors.items():
@@ -94,8 +98,11 @@ class World:
             if actor.pilot is not None:
                 actor.pilot.bodies = Others(others)
 
+    def _reseed(self) -> None:
+        self.rngs = {name: np.random.default_rng(seed) for name, seed in self._seeds.items()}
+
     def reset(self, configurations: Mapping[str, Configuration]) -> None:
-        """Reset all robots, set the time to zero and reseed the random state.
+        """Reset all robots, set the time to zero and reseed the random states.
 
         The first reading of a sensor comes after one of its periods.
 
@@ -103,7 +110,7 @@ class World:
             PhysicsError: a configuration is not finite or faster than the backend can follow.
         """
         self.time, self._count = 0.0, 0
-        self.rng = np.random.default_rng(self.seed)
+        self._reseed()
         for name, actor in self.actors.items():
             # refuse states that are not finite
             for field, values in configurations[name]._asdict().items():
@@ -111,7 +118,7 @@ class World:
                     raise PhysicsError(
                         f"initial {field} of '{name}' is {values}.\nAllowed: finite numbers."
                     )
-            actor.reset(configurations[name], self.rng)
+            actor.reset(configurations[name], self.rngs[name])
         if self.fluid is not None:
             self.fluid.initialise(
                 joined([a.immersed(self.step_size) for a in self.actors.values()])
@@ -147,8 +154,9 @@ class World:
         """Advance by one step or more; return by how many."""
         made = 0
         if self._alone is None:
-            for actor in self.actors.values():
-                actor.load(self.time, self.step_size)
+            for name, actor in self.actors.items():
+                with naming(name):
+                    actor.load(self.time, self.step_size)
         else:
             made = self._alone.load(self.time, self.step_size, (self._count, most))
         if self.fluid is not None:
@@ -159,8 +167,8 @@ class World:
         self._count += made
         # a product, not a running sum: ten thousand steps stay on the grid
         self.time = self._count * self.step_size
-        for actor in self.actors.values():
-            actor.sense(self.time, self.step_size, self.rng, keep=keep)
+        for name, actor in self.actors.items():
+            actor.sense(self.time, self.step_size, self.rngs[name], keep=keep)
         return made
 
     def _exchange(self, fluid: Fluid) -> None:
@@ -178,7 +186,7 @@ class World:
         return Snapshot(
             self.time,
             self._count,
-            self.rng.bit_generator.state,
+            {name: rng.bit_generator.state for name, rng in self.rngs.items()},
             self.backend.snapshot(),
             actors,
             None if self.fluid is None else self.fluid.snapshot(),
@@ -187,7 +195,8 @@ class World:
     def restore(self, snapshot: Snapshot) -> None:
         """Restore a snapshot of this world."""
         self.time, self._count = snapshot.time, snapshot.steps
-        self.rng.bit_generator.state = snapshot.random
+        for name, rng in self.rngs.items():
+            rng.bit_generator.state = snapshot.random[name]
         self.backend.restore(snapshot.scene)
         for actor, kept in zip(self.actors.values(), snapshot.actors, strict=True):
             actor.restore(kept)

@@ -14,7 +14,9 @@ from seals.environment.waves import Sea
 from seals.errors import MissingExtra
 from seals.logs import Log
 from seals.plugins.sensors.imu import SensorImu
+from seals.plugins.sensors.modem import SensorModem
 from seals.plugins.waves.airy import WaveAiry
+from seals.plugins.waves.sea import Spectrum
 from seals.testing import (
     ContractError,
     check_backend,
@@ -125,6 +127,13 @@ def test_a_wrong_wave_is_refused(wave: type, words: str) -> None:
         check_waves(wave)
 
 
+def test_a_spread_sea_keeps_the_contract() -> None:
+    """Waves of many directions together have the derivatives of their elevation."""
+    values = {"height": 0.5, "period": 4.0, "components": 15, "spreading": 4.0, "direction": 0.7}
+    values |= {"spectrum": Spectrum.jonswap}
+    assert check_waves("sea", values=values).figures["acceleration"] < 1e-5
+
+
 @pytest.mark.parametrize("direction", [0.7, -2.0])
 def test_a_wave_from_any_side_keeps_the_contract(direction: float) -> None:
     """A long crest running in any direction has the derivatives of its elevation."""
@@ -151,11 +160,36 @@ class SensorCoordinate(SensorImu):  # noqa: D101  that of its parent
         return super().ideal(felt) - np.array([[0.0, 0.0, 9.81], [0.0, 0.0, 0.0]])
 
 
+@dataclass(kw_only=True)
+class SensorRestless(SensorModem):  # noqa: D101  that of its parent
+    __doc__ = SensorModem.__doc__
+
+    def sense(self, felt: Any, memory: Any, rng: np.random.Generator, *, due: bool) -> Any:
+        """Draw whether a message is due or not."""
+        rng.random()
+        return super().sense(felt, memory, rng, due=due)
+
+
+@dataclass(kw_only=True)
+class SensorDeaf(SensorModem):  # noqa: D101  that of its parent
+    __doc__ = SensorModem.__doc__
+
+    def sense(self, felt: Any, memory: Any, rng: np.random.Generator, *, due: bool) -> Any:
+        """Hear nothing."""
+        return None, memory
+
+
 @pytest.mark.parametrize(
-    ("sensor", "words"), [(SensorLoud, "noise is"), (SensorCoordinate, "specific_force .* at rest")]
+    ("sensor", "words"),
+    [
+        (SensorLoud, "noise is"),
+        (SensorCoordinate, "specific_force .* at rest"),
+        (SensorRestless, "draws noise when no reading is due"),
+        (SensorDeaf, "gives nothing within 500 steps"),
+    ],
 )
 def test_a_wrong_sensor_is_refused(sensor: type, words: str) -> None:
-    """Noise 6 % above the declared, and a sensor that reads zero at rest, are found."""
+    """Noise 6 % above the declared, zero at rest, draws too often, and silence are found."""
     with pytest.raises(ContractError, match=words):
         check_sensor(sensor)
 

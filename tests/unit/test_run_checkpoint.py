@@ -21,9 +21,10 @@ from seals.plugins.backends.pybullet import backend, trial
 from seals.run import checkpoint
 from seals.run.assembly import build_world
 from seals.run.build import run_settings
+from seals.run.fleet import fleet_of
 from seals.run.pictures import COLUMNS, Pictures
 from seals.run.recorder import Moment
-from seals.run.simulation import _Books, _books
+from seals.run.simulation import _Books
 from seals.world import World
 from tests.unit.stored_states import entries, forged, parts
 
@@ -37,11 +38,12 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, Worl
     """Keep a flight after some steps; the world stands as after its start."""
     settings = run_settings(FLIGHT)
     world = build_world(settings)
-    books, folder = _books(settings, world, 50), tmp_path_factory.mktemp("flown") / "checkpoint"
+    books = _Books(settings, world, fleet_of(settings), 50)
+    folder = tmp_path_factory.mktemp("flown") / "checkpoint"
     start, first = world.snapshot(), books.snapshot()
     for _ in range(STEPS):
         world.step()
-        books.record(world)
+        books.record()
     checkpoint.write_checkpoint(folder, world, books.snapshot())
     world.restore(start)
     books.restore(first, folder.parent)
@@ -70,7 +72,7 @@ def test_a_checkpoint_is_taken_up(kept: Path, flown: tuple[Path, World, _Books])
     start, first = world.snapshot(), books.snapshot()
     take_up(kept, flown)
     assert world.time == STEPS * world.step_size
-    assert books.recorder.rows == STEPS + 1
+    assert books.first.rows == STEPS + 1
     assert len(world.actors["robot"].ledger.time) == STEPS
     world.restore(start)
     books.restore(first, kept.parent)
@@ -105,7 +107,10 @@ FORGERIES: dict[str, tuple[Change, str]] = {
     "other step": (entry("world", "step", value=0.1), "its world has step 0.1"),
     "no world": (entry("world", value=None), "its world has actors None"),
     "different entries": (entry("more", value=1), "different entries"),
-    "forged generator": (entry("snapshot", "random", "state", "inc", value=2), "random generator"),
+    "forged generator": (
+        entry("snapshot", "random", "robot", "state", "inc", value=2),
+        "random generator",
+    ),
     "steps and time": (entry("snapshot", "steps", value=7), "7 steps do not end at"),
     "steps before the start": (entry("snapshot", "steps", value=-5), "do not end at"),
     "text for a number": (entry("snapshot", "time", value="soon"), "field 'time'"),
@@ -114,15 +119,21 @@ FORGERIES: dict[str, tuple[Change, str]] = {
         entry("snapshot", "scene", 0, 0, 0, value={"t": []}),
         r"state.scene\[0\]\[0\]\[0\] is an entry",
     ),
-    "other rows": (entry("books", "recorder", "rows", value=10**9), "1 to 51"),
-    "rows as text": (entry("books", "recorder", "rows", value="9"), "1 to 51"),
-    "more rows than there are": (entry("books", "recorder", "rows", value=40), "recorded rows of"),
-    "turned rows": (declared("books", "recorder", "state", row=["<f8", "C", [13, 6]]), "rows of"),
+    "other rows": (entry("books", "robot.recorder", "rows", value=10**9), "1 to 51"),
+    "rows as text": (entry("books", "robot.recorder", "rows", value="9"), "1 to 51"),
+    "more rows than there are": (
+        entry("books", "robot.recorder", "rows", value=40),
+        "recorded rows of",
+    ),
+    "turned rows": (
+        declared("books", "robot.recorder", "state", row=["<f8", "C", [13, 6]]),
+        "rows of",
+    ),
     "turned ledger": (
         declared("ledgers", "robot", 0, row=["<f8", "C", [1, 5]]),
         "a ledger of",
     ),
-    "stages without names": (entry("books", "stages", value=[1.0]), "times and names"),
+    "stages without names": (entry("books", "robot.stages", value=[1.0]), "times and names"),
     "no books": (entry("books", value=None), "cannot be resumed"),
     "no scene": (entry("scene", value=None), "scene.bin is truncated or damaged"),
 }

@@ -122,7 +122,7 @@ def test_snapshot_brings_objects_back() -> None:
         ("+objects.cube.joint_position=[1]", "has 1 values"),
         ("objects.cube.robot=cubus", "Did you mean 'cube'"),
         ("+objects.pose.position=[0,0,0]", "objects.pose.robot has no value"),
-        ("+objects.a-b.robot=cube", "cannot name an object"),
+        ("+objects.a-b.robot=cube", "cannot name one of the objects"),
     ],
 )
 def test_a_wrong_object_is_refused_in_words(override: str, words: str) -> None:

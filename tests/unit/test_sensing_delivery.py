@@ -193,11 +193,11 @@ def test_memory_of_sensors_can_be_stored() -> None:
     with contextlib.closing(world_of(*SUITE)) as world:
         advance(world, 60)
         suite = world.actors["robot"].sensor_suite
-        kept, state = suite.snapshot(), world.rng.bit_generator.state
+        kept, state = suite.snapshot(), world.rngs["robot"].bit_generator.state
         copy = unpacked(*packed(kept))
         first = advance(world, 1)
         suite.restore(copy)
-        world.rng.bit_generator.state = state
+        world.rngs["robot"].bit_generator.state = state
         assert len(suite.heard()) == len({taken for taken, _, _ in copy[1]})
         assert all(same(kept[0][2][n], copy[0][2][n]) for n in first[0])
 

@@ -315,7 +315,7 @@ def test_the_cameras_of_the_manipulator_are_those_of_its_urdf(name: str) -> None
         np.testing.assert_allclose(turn[:, 0], body @ ahead, atol=1e-9)
         axes = np.stack([-turn[:, 1], -turn[:, 2], turn[:, 0]], axis=1)
         camera_pose = np.asarray(pose.origins[0, link]), axes
-        picture = eye.see(camera_pose, Lens(fov=1.2), 0.0, world.rng)
+        picture = eye.see(camera_pose, Lens(fov=1.2), 0.0, world.rngs["robot"])
         rows, columns = np.nonzero(picture.parts == eye.view.scene.part("mark/base"))
         focal = 64.0 / math.tan(0.6)
         assert columns.mean() + 0.5 == pytest.approx(64.0, abs=0.5)

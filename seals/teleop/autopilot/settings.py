@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from seals.field_roles import roles
 from seals.run.settings import RunSettings
@@ -89,3 +90,5 @@ class AutopilotSettings(RunSettings):
     )
     speed: float = param(1.0, "1", bounds=(0.0, 1e3), tolerance=0.0, source="chosen", fit=False)
     hil: HilSettings = field(default_factory=HilSettings)
+
+    several: ClassVar[bool] = False
