@@ -98,5 +98,6 @@ def check_named(section: str, stated: Mapping[str, Any], *, example: str) -> Non
         if not settings.robot:
             raise ConfigError(
                 f"{section}.{name}.robot has no value.\n"
-                f"Give a robot or a robot folder, for instance: robot: {example}"
+                f"Give a robot or a robot folder: {section}.{name}.robot={example}; "
+                f"{section}.{name}={example} holds no further keys"
             )
