@@ -19,7 +19,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "roles of objects in the scene": Guard(
         "seals.config.foreign_values",
-        'elif name == "objects" and isinstance(node, DictConfig):',
+        'elif name in OPEN and isinstance(node, DictConfig):',
         "elif False:",
         ROLES,
         "folder_of_configuration",

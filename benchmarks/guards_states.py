@@ -125,8 +125,8 @@ STORED_STATES: dict[str, Guard] = {
     ),
     "generator of a state": Guard(
         "seals.run.checkpoint",
-        "random = checked_generator(snapshot.random)",
-        "random = snapshot.random",
+        "random = {name: checked_generator(own) for name, own in snapshot.random.items()}",
+        "random = dict(snapshot.random)",
         KEPT,
         "forged_states and generator",
     ),

@@ -125,7 +125,7 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
         if better in last and worse in last:
             apart = difference(last[better], last[worse])
             interval = f"{apart.mean:+.3f} ({apart.low:+.3f} to {apart.high:+.3f})"
-            pairs.append((f"{better} - {worse}", interval, str(apart.seeds), apart.verdict))
+            pairs.append((f"`{better}` - `{worse}`", interval, str(apart.seeds), apart.verdict))
     write_picture(out / "curves.png", _chart(found))
     head = ("arm", "success, mean of seeds", "of each seed", "final distance, median [m]")
     apart_head = ("difference", "of success (95 %)", "seeds", "verdict")
@@ -138,7 +138,12 @@ def _row(
     here = (table["arm"] == ARMS.index(arm)) & (table["step"] == final)
     away = f"{np.median(table['distance'][here & np.isin(table['seed'], list(shares))]):.3f}"
     of_each = list(shares.values())
-    return arm, f"{np.mean(of_each):.3f}", ", ".join(f"{share:.2f}" for share in of_each), away
+    return (
+        f"`{arm}`",
+        f"{np.mean(of_each):.3f}",
+        ", ".join(f"{share:.2f}" for share in of_each),
+        away,
+    )
 
 
 def _chart(found: Mapping[str, Mapping[int, Mapping[int, float]]]) -> Chart:

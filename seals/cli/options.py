@@ -70,7 +70,8 @@ def keys_of(root: str) -> Iterator[Key]:
 
 def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
     hints, told = typing.get_type_hints(cls), _meanings(cls)
-    for name, field in typing.cast(Any, cls).__dataclass_fields__.items():
+    for field in dataclasses.fields(cls):
+        name = field.name
         if name in hidden:
             continue
         inner, section = hints[name], dataclasses.is_dataclass(hints[name])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import fnmatch
 import sys
 import time
@@ -124,7 +125,7 @@ def settings_of(cfg: Any) -> CompareSettings:
         for key in OWN
     }
     own["reader"] = None if cfg.reader is None else build(cfg.reader, where="reader")
-    model: dict[str, Any] = {k: getattr(run, k) for k in run.__dataclass_fields__}
+    model: dict[str, Any] = {f.name: getattr(run, f.name) for f in dataclasses.fields(run)}
     return CompareSettings(**model, **own)
 
 

@@ -58,6 +58,7 @@ UNITS: dict[str, Unit] = {
     "degC": Unit(scale=1.0, offset=273.15, si="K"),
     "1": Unit(scale=1.0, si="1"),
     "%": Unit(scale=1e-2, si="1"),
+    "dB": Unit(scale=1.0, si="dB"),
     "m/s": Unit(scale=1.0, si="m/s"),
     "cm/s": Unit(scale=1e-2, si="m/s"),
     "mm/s": Unit(scale=1e-3, si="m/s"),

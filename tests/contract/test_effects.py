@@ -143,7 +143,7 @@ def test_a_sign_flipped_in_one_engine_is_found(name: str) -> None:
     scene = "air" if kind is MediumKind.air else "surface"
     case = Case(("air",), True) if hasattr(cls, "joint_loads") else Case((scene,), False)
     with pytest.raises(
-        ContractError, match=r"simulator and twin differ|the batch simulation diverges"
+        ContractError, match=r"simulator and batch dynamics differ|the batch simulation diverges"
     ):
         check_effect(name, cases=[case], in_twin=flipped(cls), **COARSE)  # type: ignore[arg-type]
 
@@ -153,7 +153,7 @@ def test_a_sign_flipped_in_an_actuator_is_found(name: str) -> None:
     """With the actuator's sign turned in the twin alone, the check fails at 4 ms already."""
     cls, values = registry.get("actuator", name).load(), ACTUATORS.get(name)
     with pytest.raises(
-        ContractError, match=r"simulator and twin differ|the batch simulation diverges"
+        ContractError, match=r"simulator and batch dynamics differ|the batch simulation diverges"
     ):
         check_effect(cls, values=values, in_twin=flipped(cls), **COARSE)  # type: ignore[arg-type]
 
@@ -393,7 +393,7 @@ def test_a_jump_in_the_law_is_refused() -> None:
     def stepping(motion: Motion, medium: Any, inputs: Inputs, memory: Any, params: Any) -> Any:
         return Wrench(motion.velocity * 0.0 + 50.0 * inputs.step, None), memory
 
-    with pytest.raises(ContractError, match="simulator and twin differ"):
+    with pytest.raises(ContractError, match="simulator and batch dynamics differ"):
         check_effect(hook(stepping), cases=[Case(("air",), False)], **COARSE)  # type: ignore[arg-type]
 
 

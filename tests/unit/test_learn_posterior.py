@@ -234,6 +234,6 @@ def test_a_training_takes_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixt
     assert not any("varied_from" in word for word in metadata["overrides"])
     capsys.readouterr()
     assert main([*words, "backend=free", f"hydra.run.dir={tmp_path / 'b'}"]) == 2
-    assert "only twins and batches of worlds can differ" in capsys.readouterr().err
+    assert "only the robots of a batch can differ" in capsys.readouterr().err
     assert main([*words[:-1], f"varied_from={tmp_path}", f"hydra.run.dir={tmp_path / 'c'}"]) == 2
     assert f"varied_from={tmp_path}: there is no diagnosis.json" in capsys.readouterr().err

@@ -110,9 +110,9 @@ def test_the_table_tells_paired_differences_of_the_last_policies(
     _judged(tmp_path / "posterior" / "3" / "judged" / "800", 0, 7.0)
     assert main(["current", "tell", "--out", str(tmp_path)]) == 0
     said = capsys.readouterr().out
-    assert "| posterior | 0.900 | 0.90, 0.80, 1.00 | 0.010 |" in said
+    assert "| `posterior` | 0.900 | 0.90, 0.80, 1.00 | 0.010 |" in said
     # 4.303 times 0.1 / sqrt(3)
-    assert "| posterior - tolerances | +0.400 (+0.152 to +0.648) | 3 | higher |" in said
+    assert "| `posterior` - `tolerances` | +0.400 (+0.152 to +0.648) | 3 | higher |" in said
     assert (tmp_path / "curves.png").stat().st_size > 0
     table = kept(tmp_path / "episodes.parquet")
     assert scores(table)["posterior"][1] == {0: 0.0, 800: 0.8}
