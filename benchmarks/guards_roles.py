@@ -19,7 +19,7 @@ ROLES_AND_READERS: dict[str, Guard] = {
     ),
     "roles of objects in the scene": Guard(
         "seals.config.foreign_values",
-        'elif name in OPEN and isinstance(node, DictConfig):',
+        "elif name in OPEN and isinstance(node, DictConfig):",
         "elif False:",
         ROLES,
         "folder_of_configuration",
@@ -314,6 +314,10 @@ ROLES_AND_READERS: dict[str, Guard] = {
         "overwrote or edited",
     ),
     "names of instances": Guard(
-        "seals.run.build", "if not _NAME.fullmatch(str(name)):", "if False:", ROLES, "instances"
+        "seals.run.object_settings",
+        "if not _NAME.fullmatch(str(name)):",
+        "if False:",
+        ROLES,
+        "instances",
     ),
 }

@@ -94,7 +94,7 @@ FURTHER = [
     ("describe", "nothing is named", "seals describe KIND NAME"),
     ("new robbot x urdf=hexa.urdf", "'robbot' is not a kind", "Did you mean 'robot'?"),
     ("compare experiment=falling_balls only=[golf]", "no log is called 'golf'", "'golf_ball'?"),
-    ("record env=reach episodes=-1", "episodes=-1 is not", "episodes=1 or more"),
+    ("record env=reach episodes=-1", "episodes=-1 is not", "a whole number from 1 to"),
     ("run --urdf my.urdf", "seals run needs a robot", "seals new robot NAME urdf=my.urdf"),
     ("check urdf=my.urdf", "seals check needs a robot", "seals new robot NAME urdf=my.urdf"),
     # a list of places without brackets of its own
