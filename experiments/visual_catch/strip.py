@@ -129,7 +129,8 @@ def _draw(glances: Sequence[_Glance], path: Path) -> None:
 
 def _brighter(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return a picture multiplied by `BRIGHTER`, white at most."""
-    return np.minimum(BRIGHTER * picture, 255.0).astype(np.uint8)
+    bright: NDArray[np.uint8] = np.minimum(BRIGHTER * picture, 255.0).astype(np.uint8)
+    return bright
 
 
 def _film(glances: Sequence[_Glance], path: Path) -> None:

@@ -98,6 +98,10 @@ class World:
             if actor.pilot is not None:
                 actor.pilot.bodies = Others(others)
 
+    def seed_noise(self, seed: int) -> None:
+        """Give the sensors of all actors another seed, which counts from the next reset on."""
+        self._seeds = dict.fromkeys(self.actors, seed)
+
     def _reseed(self) -> None:
         self.rngs = {name: np.random.default_rng(seed) for name, seed in self._seeds.items()}
 

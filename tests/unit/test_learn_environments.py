@@ -12,7 +12,9 @@ import pytest
 
 from seals.config.compose import compose
 from seals.errors import ConfigError
+from seals.learn.environments.build import build_learning
 from seals.learn.environments.episodes import Episodes
+from seals.learn.environments.world import FullWorld
 from seals.learn.task import Instant
 from seals.plugins.tasks.observation import observation_of, quaternion
 from seals.plugins.tasks.reach import TaskReach
@@ -353,3 +355,19 @@ def test_laws_are_compiled_where_all_episodes_together_are_long() -> None:
         found: Any = batched_of(config, count=1)
         assert (found.simulator.worlds[0].actor.compiled is not None) == compiled, (root, words)
         found.close()
+
+
+def test_the_noise_of_sensors_follows_the_seed_of_the_episode() -> None:
+    """In a world: another seed, other noise; the same one, the same."""
+    words = ["env=hover", "backend=mujoco", "backend.compiled=false", "robot=hexacopter"]
+    words += ["+sensor@sensors.felt=imu", "sensors.felt.accelerometer_noise=0.1"]
+    settings, task = build_learning(compose(words, root="learn"))
+    one = FullWorld(settings, task)
+    draw, read = task.draw(np.random.default_rng(4), 1), []
+    for seed in (1, 1, 2):
+        one.begin(draw, seed)
+        one.world.advance(40)
+        read.append(one.actor.readings["felt"]["specific_force"].copy())
+    one.world.close()
+    assert np.array_equal(read[0], read[1])
+    assert not np.array_equal(read[1], read[2])

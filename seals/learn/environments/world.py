@@ -90,7 +90,7 @@ class FullWorld:
 
     def begin(self, draw: Draw, seed: int) -> None:
         """Begin an episode at the start of one draw; guides take the episode's seed."""
-        self.world.seed = seed
+        self.world.seed_noise(seed)
         self._guide.tell(self._aim(velocity=np.zeros(3), yaw=float(draw.yaw[0, 0])))
         self.world.backend.restore(self._fresh)
         joints = self.task.posture
