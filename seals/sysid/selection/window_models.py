@@ -213,7 +213,7 @@ class WindowModels:
                 break
             fewer = max(spare, key=lambda h: h.score)
             # beside a twin, such as a delay beside a lag, the right one may be without a size
-            twins = idle[smaller.index(fewer)]
+            twins = any(sizeless for h, sizeless in zip(smaller, idle, strict=True) if h is fewer)
             best = max(smaller, key=lambda h: h.score) if twins else fewer
         if len(best.candidates) > 1:
             best, one = self._of_one_cause(best)
