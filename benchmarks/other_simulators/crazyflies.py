@@ -134,11 +134,10 @@ class Plant:
         moment = moment - cross(self.centre, left)
         # the drag of the air that moves: the package's law knows still air only
         force = force - p["drag_matrix"] @ (turn.T @ self.wind(t))
-        given = {k: v for k, v in p.items() if k != "arms"}
         parts = self.law(
             *(state[:3], state[3:7], state[7:10], state[10:13], command, speed),
             *(turn @ force, turn @ moment),
-            **given,
+            **p,
         )
         x, y, z, w = state[3:7]
         # the package warns of its own derivative of the attitude
