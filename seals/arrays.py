@@ -6,7 +6,7 @@ Arrays may come from NumPy, PyTorch or array-api-strict.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -87,6 +87,49 @@ def undecided() -> Iterator[None]:
         yield
     finally:
         _DECIDING.pop()
+
+
+def iterate(
+    law: Callable[[Any], Any],
+    state: Any,
+    count: int,
+    done: Callable[[Any], Any] | None = None,
+) -> Any:
+    """Return a state after a law has been applied to it some times.
+
+    A tracer may follow the law once and write a loop, see `looping`; any other array library
+    repeats it. The law must not depend on how often it was called.
+
+    Args:
+        law: takes the state, nested tuples and mappings of arrays, and returns the next one.
+        state: before; its leaves keep their shapes.
+        count: how often.
+        done: tells of a state, of all rows, that the law changes nothing more that matters.
+
+    Example:
+        >>> iterate(lambda x: 2.0 * x, np.ones(1), 3)
+        array([8.])
+    """
+    if _LOOPS and count > 1:
+        return _LOOPS[-1](law, state, count, done)
+    for _ in range(count):
+        state = law(state)
+        if done is not None and not unasked(over := done(state)) and bool(over):
+            break
+    return state
+
+
+_LOOPS: list[Callable[..., Any]] = []
+
+
+@contextlib.contextmanager
+def looping(loop: Callable[..., Any]) -> Iterator[None]:
+    """Let a tracer write what laws `iterate` as loops: it takes the same arguments."""
+    _LOOPS.append(loop)
+    try:
+        yield
+    finally:
+        _LOOPS.pop()
 
 
 _DOUBTS: list[tuple[list[Any], int]] = []

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from seals.arrays import Array, Floats, as_like, namespace
+from seals.arrays import Array, Floats, as_like, iterate, namespace
 from seals.batch.fused import FusedBody
 from seals.batch.holding import hold
 from seals.batch.model import BatchDynamics
@@ -24,7 +24,6 @@ from seals.environment.wetting import Wetting
 from seals.motion import Inputs
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
-from seals.tensor_compiler import compile_law
 from seals.world.drivetrain import response_of
 
 
@@ -137,7 +136,6 @@ class PilotedTwin:
         like: array whose library, type and device to use.
         step: of the integrator [s].
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the settings.
-        fused: let PyTorch's compiler join the arithmetic, see `seals.tensor_compiler`.
         wetting: makes what finds the wetted parts of the hulls; None for `tables_of`.
 
     Attributes:
@@ -158,7 +156,6 @@ class PilotedTwin:
         like: Array,
         step: float,
         values: Mapping[str, Any] | None = None,
-        fused: bool = False,
         wetting: Callable[[RobotModel], Wetting] | None = None,
     ) -> None:
         self.plant = plant = build_plant(robot, effects, settings.environment)
@@ -171,11 +168,8 @@ class PilotedTwin:
             batch=batch,
             like=like,
             values=values,
-            fused=fused,
             wetting=None if wetting is None else wetting(self.whole),
         )
-        self.fused = fused
-        self._compiled = compile_law(self._order) if fused else None
         self.batch, self.like, self.step = batch, like, step
         values_held = np.asarray(joints, dtype=float)
         self.pilot = BatchPilot(settings.controller, plant, self.twin, joints=values_held)
@@ -206,17 +200,21 @@ class PilotedTwin:
             wanted: fields of a `Reference` by name, of B rows each.
             steps: of the integrator.
         """
-        goal: Array = None
-        order = self._compiled or self._order
-        for k in range(steps):
-            posture = None if self.fused else self.twin.posture(flight.state, flight.time)
-            share = self._share(flight.memory)
-            if k % self.every == 0:
-                span = min(self.every, steps - k)
-                goal, control = order(flight, wanted, span, posture)
-                flight = flight._replace(control=control)
-            flight = self._advance(flight, self._drives.limited(goal, share), posture, share)
-        return flight
+        periods, rest = divmod(steps, self.every)
+        flight = iterate(lambda held: self._period(held, wanted, self.every), flight, periods)
+        return self._period(flight, wanted, rest) if rest else flight
+
+    def _period(self, flight: Flight, wanted: Mapping[str, Array], steps: int) -> Flight:
+        """Steps under one command of the controller."""
+        posture = self.twin.posture(flight.state, flight.time)
+        goal, control = self._order(flight, wanted, steps, posture)
+
+        def moved(held: Flight, now: Posture | None = None) -> Flight:
+            now = self.twin.posture(held.state, held.time) if now is None else now
+            share = self._share(held.memory)
+            return self._advance(held, self._drives.limited(goal, share), now, share)
+
+        return iterate(moved, moved(flight._replace(control=control), posture), steps - 1)
 
     def _order(
         self, flight: Flight, wanted: Mapping[str, Array], steps: int, posture: Posture | None

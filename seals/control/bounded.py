@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, Floats, columns, doubt, namespace, rounds_enough, unasked
+from seals.arrays import Array, Floats, columns, doubt, iterate, namespace, rounds_enough, unasked
 from seals.multibody.linear import solution, solve_symmetric
-from seals.tensor_compiler import compile_law
 
 ROUNDS = 24
 """Most changes of the active set, a drive; four or five in all are usual."""
@@ -65,12 +64,8 @@ def best_within(a: Array, wrench: Array, low: Array, high: Array, weights: Array
         x = _row_by_row(now)
     else:
         ahead, enough = unasked(g), rounds_enough()
-        turn = _round if enough is None else _turned
-        for _ in range(enough or (AHEAD if ahead else ROUNDS) * count):
-            x, wrong, then = turn(now)
-            if not ahead and not bool(xp.any(wrong)):
-                break
-            now = then
+        rounds = enough or (AHEAD if ahead else ROUNDS) * count
+        _, x, wrong = iterate(_turned, (now, g * 0.0, g * 0.0 < 1.0), rounds, _settled)
         if enough is not None:
             doubt(xp.any(wrong))
     return low + xp.minimum(xp.maximum(x, x * 0.0), x * 0.0 + 1.0) * span
@@ -164,13 +159,15 @@ def _row_by_row(now: Search) -> Floats:
     return found
 
 
-def _turned(now: Search) -> tuple[Array, Array, Search]:
-    """One round of the search: optimum, violated bounds, next state."""
+def _turned(held: tuple[Search, Array, Array]) -> tuple[Search, Array, Array]:
+    """One round of the search: next state, optimum, violated bounds."""
+    now, _, _ = held
     x, wrong = tried(now)
-    return x, wrong, changed(now, x, wrong)
+    return changed(now, x, wrong), x, wrong
 
 
-_round = compile_law(_turned, nested=True)
+def _settled(held: tuple[Search, Array, Array]) -> Array:
+    return ~namespace(held[2]).any(held[2])
 
 
 def _times(h: Array, x: Array) -> Array:

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from seals.errors import printable
 from seals.file_names import refuse_taken
 from seals.logs.atomic import write_text
@@ -64,8 +66,8 @@ _FILTERED = 0.3
 _ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage")
 _GUST = {"air": 0.02, "water": 0.005}
 """Gusts over mass where the flight does not tell them [m/s^2]: still air indoors, still water."""
-_LEVER = 0.011
-"""Torque of gusts over their force [m]."""
+_LEVER, _USUAL_ARM = 0.065, 0.17
+"""Torque of gusts over their force and the arm of the motors, and that arm where none is stated [m]."""
 
 
 def write_datasheet(
@@ -114,7 +116,8 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     wet = log.has("depth")
     for name, (sigma, meaning, why) in _tolerances(facts, vehicle, wet).items():
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
-    yield from _disturbance(facts, mass, "water" if _stays_below(log, vehicle) else "air")
+    medium = "water" if _stays_below(log, vehicle) else "air"
+    yield from _disturbance(facts, mass, medium, _LEVER * _arm(vehicle))
     yield from _motors(log)
 
 
@@ -167,20 +170,28 @@ def _stays_below(log: Log, vehicle: Mapping[str, Any]) -> bool:
     return dives and log.has("position") and bool((log.channel("position")[:, 2] < 0.0).all())
 
 
-def _disturbance(facts: FlightFacts, mass: float, medium: str) -> Iterator[str]:
+def _arm(vehicle: Mapping[str, Any]) -> float:
+    """Return how far the motors of a vehicle are from their middle, root mean square [m]."""
+    places = [m["position"] for kind in ("rotors", "thrusters") for m in vehicle.get(kind) or []]
+    if len(places) < 2:
+        return _USUAL_ARM
+    return float(np.sqrt(np.var(np.array(places, float), axis=0).sum()))
+
+
+def _disturbance(facts: FlightFacts, mass: float, medium: str, lever: float) -> Iterator[str]:
     gust = facts.gust
     level = max(gust.value, 0.005) if gust is not None else _GUST[medium]
     yield "disturbance:"
     yield f"  force_sigma: {_figure(level * mass)}  # " + (
         f"measured: {gust.how}" if gust is not None else f"assumed: still {medium}"
     )
-    torque, of_gusts = facts.torque, level * mass * _LEVER
+    torque, of_gusts = facts.torque, level * mass * lever
     if torque is not None and torque.clear and torque.sigma > of_gusts:
         note = "measured: in addition to the commanded torque"
         yield f"  torque_sigma: {_figure(torque.sigma)}  # {note}"
         yield f"  correlation_time: {_figure(torque.time)}  # measured: of that torque"
     else:
-        yield f"  torque_sigma: {_figure(of_gusts)}  # assumed: an arm of {_LEVER * 1e3:g} mm"
+        yield f"  torque_sigma: {_figure(of_gusts)}  # assumed: an arm of {lever * 1e3:.2g} mm"
         yield "  correlation_time: 0.35  # assumed"
 
 

@@ -192,6 +192,21 @@ def test_water_that_a_flight_does_not_tell_of_is_stiller_than_air(tmp_path: Path
     assert stated == pytest.approx(gusts * VEHICLE["mass"], rel=0.01)
 
 
+def test_assumed_gusts_turn_a_small_vehicle_by_a_small_arm(tmp_path: Path) -> None:
+    """With one arm for all vehicles, gusts would turn a palm-sized one harder than its rotors."""
+    columns = {k: v for k, v in _flight().columns.items() if not k.startswith("specific_force")}
+    arms = []
+    for share in (1.0, 0.2):
+        place = tmp_path / f"{len(arms)}.yaml"
+        rotors = [{**r, "position": share * np.array(r["position"])} for r in VEHICLE["rotors"]]
+        vehicle = {**VEHICLE, "rotors": rotors}
+        write_datasheet(Log(name="f", columns=columns), vehicle, place, replace=False)
+        gusts = yaml.safe_load(place.read_text())["disturbance"]
+        arms.append(gusts["torque_sigma"] / gusts["force_sigma"])
+    # rotors 0.17 m from the middle
+    assert arms == pytest.approx([0.065 * 0.12 * np.sqrt(2.0), 0.013 * 0.12 * np.sqrt(2.0)], rel=0.02)
+
+
 def test_a_large_bias_at_rest_is_no_tolerance(tmp_path: Path) -> None:
     """The fault that a flight shows at rest is left to the diagnosis."""
     columns = {k: v.copy() for k, v in _flight().columns.items()}

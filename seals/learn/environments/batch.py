@@ -12,13 +12,12 @@ from seals.arrays import Array, as_like, namespace, on_accelerator, some
 from seals.errors import ConfigError
 from seals.learn.batched import StepResult, picked
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
-from seals.learn.environments.machine_twin import MachineVerdict
+from seals.learn.environments.machine_twin import DeviceLaw, MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator, FrameCallback
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
-from seals.pytree import copied, mapped
+from seals.pytree import copied, is_tensor, mapped
 from seals.sound_numbers import refuse_not_finite
-from seals.tensor_compiler import compile_law
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -95,10 +94,9 @@ class Environments:
         self.action_size = len(task.action_names)
         self._rng, self._renew = np.random.default_rng(seed), renew
         self._no_action = as_like(np.zeros((count, self.action_size)), simulator.like)
-        pure, fused = simulator.pure, simulator.fused
-        self._alone = pure and (fused or on_accelerator(simulator.like))
+        self._alone = simulator.pure and on_accelerator(simulator.like)
         self._generator: Any = generator_of(seed, device) if self._alone else None
-        self._compiled = compile_law(self._law) if fused else None
+        self._device_law = DeviceLaw(self._law_of_one, simulator.like) if self._alone else None
         self._verdict = MachineVerdict(self._judged) if simulator.coded and count <= FEW else None
         self._starts: Any = None
         self._recorded: Recorded | None = None
@@ -144,8 +142,10 @@ class Environments:
         if self._scene is None:
             self.reset()
         mask = as_like(np.asarray(rows, dtype=float), self.simulator.like) > 0.5
-        chance = self._starts.chances(self.count, self._generator) if self._starts else None
-        self._set(self._reset_ended(self._scene, mask, chance))
+        fresh = None
+        if self._starts is not None:
+            fresh = self._starts.picked(self._starts.chances(self.count, self._generator))
+        self._set(self._reset_ended(self._scene, mask, fresh))
         state = self._observation(self._perceive(self._scene.now, mask))
         return self._with_film(state, rows)
 
@@ -201,15 +201,32 @@ class Environments:
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with random numbers for the episodes that begin."""
-        chance = self._starts.chances(self.count, self._generator) if self._starts else None
-        # looked up at each call: a bound method kept in its own object would be a reference cycle
-        law = self._compiled or self._law
-        return law(scene, asked, chance)
+        if self._device_law is None:
+            return self._law(scene, asked, None)
+        fresh = self._starts.picked(self._starts.chances(self.count, self._generator))
+        found: tuple[Scene, tuple[StepResult, Instant]] = self._device_law(
+            self.simulator.values, scene, fresh, asked
+        )
+        return found
+
+    def _law_of_one(
+        self, values: Mapping[str, Array], scene: Scene, fresh: tuple[Any, Array], asked: Array
+    ) -> tuple[Scene, tuple[StepResult, Instant]]:
+        """One control step of one robot on traced arrays."""
+        simulator = self.simulator.of_one(values)
+        one = Environments(simulator, self.task, count=1, device="cpu", renew=self._renew)
+        return one._law(scene, asked, fresh)
 
     def _law(
-        self, scene: Scene, asked: Array, chance: Array | None
+        self, scene: Scene, asked: Array, fresh: tuple[Any, Array] | None
     ) -> tuple[Scene, tuple[StepResult, Instant]]:
-        """One control step: a pure function without branches on values if the simulator is."""
+        """One control step: a pure function without branches on values if the simulator is.
+
+        Args:
+            scene: before.
+            asked: actions, shape (N, a).
+            fresh: robots and goals of the episodes that may begin; None draws them.
+        """
         before, simulator = scene.now, self.simulator
         robots = simulator.advance(scene.robots, asked, before)
         now = simulator.instant(robots, scene.goal, asked, before.start)
@@ -223,10 +240,10 @@ class Environments:
         after = Scene(robots, scene.goal, now, ledger)
         # nobody waits for an accelerator whose law is pure: there the answer is always yes
         if self._renew and (some(ended) if simulator.pure else bool(ended.any())):
-            after = self._reset_ended(after, ended, chance)
+            after = self._reset_ended(after, ended, fresh)
             observation = self._observation(self._perceive(after.now, ended))
         else:
-            observation = copied(final)
+            observation = copied(final) if is_tensor(final) else final
         return after, (self._result(verdict, final, observation), now)
 
     def _judged(
@@ -253,10 +270,12 @@ class Environments:
         )
         return verdict, ended, ledger, self._values(now)
 
-    def _reset_ended(self, scene: Scene, ended: Array, chance: Array | None) -> Scene:
+    def _reset_ended(
+        self, scene: Scene, ended: Array, fresh: tuple[Any, Array] | None
+    ) -> Scene:
         """Reset the environments whose episode ended."""
-        if self._starts is not None and chance is not None:
-            opened = self._opened(*self._starts.picked(chance))
+        if fresh is not None:
+            opened = self._opened(*fresh)
         else:
             rows = np.flatnonzero(ended.cpu() if hasattr(ended, "cpu") else ended)
             few, seeds = self._drawn(rows.tolist(), None)
@@ -345,7 +364,7 @@ class Environments:
 
     def close(self) -> None:
         """Release the simulator, and compiled and recorded functions, which refer to these."""
-        self._compiled = self._recorded = None
+        self._device_law = self._recorded = None
         if self.cameras is not None:
             self.cameras.close()
         self.simulator.close()
@@ -360,7 +379,7 @@ class Environments:
         facts = verdict.facts
         numbers = namespace(verdict.reward).stack((verdict.reward, *facts.values()))
         # one conversion for all
-        reward, *others = self._as_tensor(numbers, none=float("nan")).unbind()
+        reward, *others = self._as_tensor(numbers, none=float("nan"))
         return StepResult(
             observation=observation,
             reward=reward,
@@ -400,6 +419,10 @@ class Environments:
             if most is not None:
                 held = np.minimum(np.maximum(held, np.float32(-most)), np.float32(most))
             return torch.from_numpy(held).to(self.device)
+        if not is_tensor(values):
+            xp = namespace(values)
+            known: Any = xp.where(xp.isfinite(values), values, none)
+            return known if most is None else xp.minimum(xp.maximum(known, -most), most)
         tensor = torch.nan_to_num(values.to(self.device, torch.float32), none, none, none)
         return tensor if most is None else tensor.clamp(-most, most)
 
@@ -428,8 +451,10 @@ class Environments:
     def _flag(self, flags: Array) -> Tensor:
         import torch
 
-        found: Tensor = torch.from_numpy(flags) if isinstance(flags, np.ndarray) else flags
-        return found.to(self.device)
+        if isinstance(flags, np.ndarray):
+            return torch.from_numpy(flags).to(self.device)
+        found: Tensor = flags.to(self.device) if is_tensor(flags) else flags
+        return found
 
     def _observation(self, now: Instant) -> Tensor:
         return self._seen(now, self._values(now))

@@ -75,7 +75,6 @@ def batched_of(
     device: str = "cpu",
     seed: int = 0,
     values: Mapping[str, Any] | None = None,
-    fused: bool | None = None,
     renew: bool = True,
     lasting: bool = False,
     coded: bool = False,
@@ -90,7 +89,6 @@ def batched_of(
         device: of all tensors; other worlds step on the processor whatever it is.
         seed: of the starts that are not asked for by seed.
         values: ``"effect.parameter"`` to a number or N numbers, for twins.
-        fused: whether twins are compiled; None as the backend says.
         renew: whether episodes that end begin anew in the same step.
         lasting: whether more episodes are to come than the configuration tells.
         coded: whether laws of twins are machine code, row by row, on a processor.
@@ -114,7 +112,6 @@ def batched_of(
             count=count,
             device=device,
             values=values,
-            fused=fused,
             coded=coded,
         )
         if any(map(sees, settings.sensors.values())):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from seals.arrays import Array, Floats
@@ -54,7 +55,7 @@ class BatchSimulator(ABC):
         robot: model of the task's robot.
         pure: whether `advance`, `instant` and `merged` are pure functions of arrays without
             branches on values, so that they can be compiled and recorded.
-        fused: whether PyTorch's compiler joins their arithmetic.
+        values: parameters of effects that differ between the robots, tensors (N, 1) by name.
         seeded: whether each episode needs a seed of its own.
         coded: whether its robots run as machine code, so that verdicts on them do, too.
         films: whether it calls ``frame_callback`` itself, at each of its own steps.
@@ -64,7 +65,7 @@ class BatchSimulator(ABC):
     like: Array
     robot: RobotModel
     pure: bool = False
-    fused: bool = False
+    values: Mapping[str, Any] = MappingProxyType({})
     seeded: bool = False
     coded: bool = False
     films: bool = False
@@ -102,6 +103,10 @@ class BatchSimulator(ABC):
             action: of the last step, shape (N, a).
             start: distance at the start of the episode [m], shape (N, 1).
         """
+
+    def of_one(self, values: Mapping[str, Any]) -> BatchSimulator:
+        """Return a pure simulator of one robot on traced arrays, with values of the parameters."""
+        raise NotImplementedError
 
     def merged(self, fresh: Any, robots: Any, ended: Array) -> Any:
         """Return fresh states where ``ended`` (N,) is set, else the present ones."""

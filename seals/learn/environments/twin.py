@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like, undecided
+from seals.arrays import Array, as_like, on_accelerator, undecided
 from seals.batch.piloted import Flight, PilotedTwin
 from seals.environment.sampler import hulls_of
 from seals.environment.wetting import WettingWhole
@@ -57,8 +57,10 @@ class Starts(NamedTuple):
     def picked(self, chance: Array) -> tuple[Flight, Array]:
         """Return flights and goals of starts by chances from 0 to 1, 1 excluded, shape (N,)."""
         rows = (chance * self.goal.shape[0]).long()
-        state = self.still.state._replace(**{name: x[rows] for name, x in self.state.items()})
-        return self.still._replace(state=state, drive=self.drive[rows]), self.goal[rows]
+        # component by component, as a kernel reads them
+        drive, goal, *parts = (x.T[:, rows].T for x in (self.drive, self.goal, *self.state.values()))
+        state = self.still.state._replace(**dict(zip(self.state, parts, strict=True)))
+        return self.still._replace(state=state, drive=drive), goal
 
 
 class TwinSimulator(BatchSimulator):
@@ -70,7 +72,6 @@ class TwinSimulator(BatchSimulator):
         count: N.
         device: of all arrays.
         values: ``"effect.parameter"`` to a number or N numbers, in place of the settings.
-        fused: whether PyTorch's compiler joins the arithmetic; None as the backend says.
         coded: whether laws are machine code, row by row, where they can be: on NumPy, with the
             settings' own values.
         traced: for those, of one twin on traced arrays: ``whole`` where its hulls are all under
@@ -90,7 +91,6 @@ class TwinSimulator(BatchSimulator):
         count: int,
         device: str,
         values: Mapping[str, Any] | None = None,
-        fused: bool | None = None,
         coded: bool = False,
         traced: str = "",
     ) -> None:
@@ -111,9 +111,12 @@ class TwinSimulator(BatchSimulator):
                 )
         self.robot, effects = build_model(settings)
         backend: Any = settings.backend
-        self.task, self.fused = task, backend.fused if fused is None else fused
-        self.like = _like_on(device, double=backend.double, fused=self.fused)
-        self.like = LIKE if traced else self.like
+        self.task, self._settings = task, settings
+        self.like = LIKE if traced else _like_on(device, double=backend.double)
+        self.values = {
+            name: as_like(np.broadcast_to(np.asarray(v, dtype=float).reshape(-1, 1), (count, 1)), self.like)
+            for name, v in (values or {}).items()
+        } if on_accelerator(self.like) else {}
         joints = task.posture
         self.twin = PilotedTwin(
             settings,
@@ -124,7 +127,6 @@ class TwinSimulator(BatchSimulator):
             like=self.like,
             step=backend.interval,
             values=values,
-            fused=self.fused,
             wetting=_whole
             if traced == "whole" and (settings.environment.water_level is not None)
             else None,
@@ -152,6 +154,17 @@ class TwinSimulator(BatchSimulator):
                     MachineLaw([one._look for one in ones]),
                 )
 
+    def of_one(self, values: Mapping[str, Any]) -> TwinSimulator:
+        """Return the same for one robot, on traced arrays.
+
+        Args:
+            values: of the parameters in `values`, shape (1, 1) each.
+        """
+        single = {name: value.reshape((1,)) for name, value in values.items()}
+        return TwinSimulator(
+            self._settings, self.task, count=1, device="cpu", values=single, traced="cut"
+        )
+
     def begin(
         self, draw: Draw, rows: Array | None = None, seeds: Sequence[int] | None = None
     ) -> tuple[Flight, Array]:
@@ -174,7 +187,8 @@ class TwinSimulator(BatchSimulator):
         for draw in draws:
             still, goal = self.begin(draw)
             parts.append((*(getattr(still.state, name) for name in STARTING), still.drive, goal))
-        *fields, drive, goal = (torch.cat(column) for column in zip(*parts, strict=True))
+        columns = zip(*parts, strict=True)
+        *fields, drive, goal = (torch.cat([x.T for x in column], dim=1).T for column in columns)
         return Starts(still, dict(zip(STARTING, fields, strict=True)), drive, goal)
 
     def advance(self, robots: Flight, action: Array, now: Instant) -> Flight:
@@ -233,13 +247,13 @@ def _whole(robot: RobotModel) -> WettingWhole:
     return WettingWhole(hulls_of(robot))
 
 
-def _like_on(device: str, *, double: bool, fused: bool) -> Array:
+def _like_on(device: str, *, double: bool) -> Array:
     """Return an array of the type and device of the batch dynamics.
 
-    On a processor NumPy takes a fifth of PyTorch's time for a few hundred robots, unless they are
-    fused: the work lies in the calls, not in the numbers.
+    On a processor NumPy takes a fifth of PyTorch's time for a few hundred robots: the work lies in
+    the calls, not in the numbers.
     """
-    if device == "cpu" and not fused:
+    if device == "cpu":
         return np.zeros(1)
     import torch
 

@@ -242,7 +242,7 @@ def _evaluate_policy(
     from seals.learn.environments import batched_of
     from seals.learn.training.scoring import score
 
-    environment = batched_of(trial.config, count=trial.count, device=trial.device, fused=False)
+    environment = batched_of(trial.config, count=trial.count, device=trial.device)
     began = time.perf_counter()
     try:
         policy = policy_of(trial.policy, environment, device=trial.device)
@@ -261,7 +261,7 @@ def _filmed(trial: _Trial, out: Path) -> Path:
     """
     from seals.learn.environments import batched_of
 
-    environment = batched_of(trial.config, count=1, device=trial.device, fused=False)
+    environment = batched_of(trial.config, count=1, device=trial.device)
     try:
         policy = policy_of(trial.policy, environment, device=trial.device)
         seed = held_out_seeds(1)[0]

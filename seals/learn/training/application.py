@@ -49,7 +49,7 @@ def environments(config: Any) -> Iterator[tuple[Any, Any]]:
         # an accelerator takes as long for a hundred robots as for thousands, pictures set apart
         where = "cpu" if environment.pixels is None else device
         few = min(judges, episodes)
-        eval_env = batched_of(config, count=few, device=where, seed=seed, fused=False, coded=True)
+        eval_env = batched_of(config, count=few, device=where, seed=seed, coded=True)
         try:
             yield environment, eval_env
         finally:

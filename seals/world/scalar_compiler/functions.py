@@ -7,13 +7,15 @@ import itertools
 import math
 import operator
 import sys
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from seals.multibody.linear import solve_symmetric
-from seals.world.scalar_compiler.graph import ELEMENTWISE, Node, Table
+from seals.pytree import leaves, mapped
+from seals.world.scalar_compiler.graph import ELEMENTWISE, Loop, Node, Table
 from seals.world.scalar_compiler.traced import Traced, constant, elementwise
 
 float64, int64 = np.dtype(np.float64), np.dtype(np.int64)
@@ -110,6 +112,59 @@ def ones_like(x: Any, **more: Any) -> Traced:
 def eye(size: int, *, dtype: Any = None, device: Any = None) -> Traced:
     """Return the identity."""
     return constant(np.eye(size))
+
+
+def loop(
+    law: Callable[[Any], Any],
+    state: Any,
+    count: int,
+    done: Callable[[Any], Any] | None = None,
+) -> Any:
+    """Return a nest after a law has changed it some times, as a loop of the graph.
+
+    Entries that are numbers, and that the law leaves as they are, stay numbers.
+    """
+    arrays = [constant(x) for x in leaves(state)]
+    first = [entry for x in arrays for entry in x.entries.flat]
+    graph = next((x.graph for x in first if isinstance(x, Node)), None)
+    if graph is None:
+        return functools.reduce(lambda held, _: law(held), range(count), state)
+    moving = [isinstance(entry, Node) for entry in first]
+    while True:
+        whole = Loop(count, first)
+        kinds = [x.logical if isinstance(x, Node) else isinstance(x, bool) for x in first]
+        carried = [
+            whole.node("carried", k, graph, logical=kinds[k]) if moves else first[k]
+            for k, moves in enumerate(moving)
+        ]
+        after = law(_refilled(state, arrays, carried))
+        whole.last = [entry for x in leaves(after) for entry in constant(x).entries.flat]
+        changed = [
+            not moves and (isinstance(entry, Node) or repr(entry) != repr(first[k]))
+            for k, (moves, entry) in enumerate(zip(moving, whole.last, strict=True))
+        ]
+        if True not in changed:
+            break
+        moving = [a or b for a, b in zip(moving, changed, strict=True)]
+    if done is not None:
+        whole.done = constant(done(after)).entries.item()
+    results = [
+        first[k]
+        if not moves or whole.last[k] is carried[k]
+        else whole.node("looped", k, graph, logical=kinds[k])
+        for k, moves in enumerate(moving)
+    ]
+    return _refilled(after, [constant(x) for x in leaves(after)], results)
+
+
+def _refilled(nest: Any, like: Sequence[Traced], entries: Sequence[Any]) -> Any:
+    """Return a nest of the same form and shapes with other entries, in order."""
+    rest = iter(entries)
+    parts = iter([
+        Traced(np.array([next(rest) for _ in range(x.size)], dtype=object).reshape(x.shape))
+        for x in like
+    ])
+    return mapped(nest, lambda _: next(parts))
 
 
 def _reduced(x: Any, name: str, axis: Any, keepdims: bool, empty: Any) -> Traced:

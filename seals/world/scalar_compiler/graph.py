@@ -35,6 +35,12 @@ class Node:
     def __bool__(self) -> bool:
         raise ConfigError("a law asks for a number to decide what comes next")
 
+    def sources(self) -> list[Node]:
+        """Return the nodes that it is made of."""
+        first = self.args[0]
+        parts = [*first.first, *first.last, first.done] if isinstance(first, Loop) else self.args
+        return [x for x in parts if isinstance(x, Node)]
+
 
 Entry: TypeAlias = Any
 """A node, a number, or true or false."""
@@ -72,11 +78,43 @@ class Table:
         return float(self.values.flat[nearest * self.columns + column])
 
 
+class Loop:
+    """Entries that a law changes again and again.
+
+    Its nodes are ``carried`` (loop, k), an entry at the begin of a pass, and ``looped`` (loop, k),
+    the entry after the last one.
+
+    Args:
+        count: passes.
+        first: entries before the first pass.
+
+    Attributes:
+        last: entries after a pass, of the carried ones.
+        done: condition after a pass that ends the loop; False for none.
+    """
+
+    __slots__ = ("count", "done", "first", "last")
+
+    def __init__(self, count: int, first: Sequence[Entry]) -> None:
+        self.count, self.first = count, list(first)
+        self.last: list[Entry] = []
+        self.done: Entry = False
+
+    def __repr__(self) -> str:
+        return f"loop {id(self)}"
+
+    def node(self, op: str, k: int, graph: dict[Any, Node], *, logical: bool) -> Node:
+        """Return the node of an entry in a pass, or after all of them."""
+        found = _node(op, (self, k), graph)
+        found.logical = logical
+        return found
+
+
 def needed(outputs: Sequence[Node]) -> list[Node]:
     """Return the nodes that some results are made of, each after its arguments."""
     found, waiting = set(outputs), list(set(outputs))
     while waiting:
-        new = [x for x in waiting.pop().args if isinstance(x, Node) and x not in found]
+        new = [x for x in waiting.pop().sources() if x not in found]
         found.update(new)
         waiting += new
     return sorted(found, key=lambda node: node.number)

@@ -1,0 +1,165 @@
+"""Law of one row as a kernel of an accelerator, a thread a row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from seals.arrays import Array, looping
+from seals.world.scalar_compiler import functions
+from seals.world.scalar_compiler.clike import literal, statements_of, tables_of_graph
+from seals.world.scalar_compiler.graph import Node
+from seals.world.scalar_compiler.kernel import CannotCompile, followed
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+THREADS = 128
+"""Threads of a block."""
+
+
+class DeviceRowKernel:
+    """Law on arrays of one row, compiled for tensors of many rows on an accelerator.
+
+    The graph is the one that becomes machine code for a processor, see `RowKernel`, with loops where
+    the law iterates; it is compiled by NVRTC, which PyTorch for CUDA brings. Tensors are read and
+    written component by component, so that neighbouring threads read neighbouring numbers.
+
+    Args:
+        law: pure, of arrays; it returns arrays. Their first axis is the batch, or that of links
+            within which the batch is: of one row m, of N rows m N, link by link.
+        shapes: of its arguments for one row.
+        like: tensor whose type and device to use.
+
+    Raises:
+        CannotCompile: the law asks for a number to decide what it does, or there is no compiler.
+    """
+
+    def __init__(
+        self, law: Callable[..., Sequence[Array]], shapes: Sequence[tuple[int, ...]], like: Tensor
+    ) -> None:
+        with looping(functions.loop):
+            results = followed(law, shapes)
+        self._shapes = [tuple(shape) for shape in shapes]
+        self._results, self._like = results, like
+        self.text, tables = source_of(results, self._shapes, _kind(like))
+        self._tables = [like.new_tensor(table.values.ravel()) for table in tables]
+        self._kernel = _compiled(self.text)
+        self._same: dict[tuple[int, int], Tensor] = {}
+
+    def __call__(self, given: Sequence[Tensor]) -> list[Tensor]:
+        """Return the results for tensors of N rows."""
+        rows = len(given[0]) // self._shapes[0][0]
+        held = [_turned(x).contiguous() for x in given]
+        out = [self._memory(k, rows) for k in range(len(self._results))]
+        written = [x for x, r in zip(out, self._results, strict=True) if r.numbers is None]
+        blocks = -(-rows // THREADS)
+        self._kernel(
+            grid=(blocks, 1, 1),
+            block=(THREADS, 1, 1),
+            args=[*self._tables, *held, *written, rows],
+        )
+        return [_turned(x) for x in out]
+
+    def _memory(self, k: int, rows: int) -> Tensor:
+        """Return memory for a result, its last axis first; numbers that no row changes stand there."""
+        import torch
+
+        result = self._results[k]
+        links, *rest = result.shape
+        kind = torch.bool if result.dtype == np.bool_ else self._like.dtype
+        if result.numbers is None:
+            shape = (*rest[::-1], links * rows)
+            return torch.empty(shape, dtype=kind, device=self._like.device)
+        key = k, rows
+        if key not in self._same:
+            same = self._like.new_tensor(result.numbers).to(kind)
+            self._same[key] = _turned(same.repeat_interleave(rows, dim=0)).contiguous()
+        return self._same[key]
+
+
+def source_of(
+    results: Sequence[Any], shapes: Sequence[tuple[int, ...]], number: str
+) -> tuple[str, list[Any]]:
+    """Return the text of a kernel ``rows``, and the tables that come before its arguments.
+
+    Args:
+        results: traced arrays.
+        shapes: of the arguments.
+        number: ``float`` or ``double``.
+    """
+    entries: list[Any] = []
+    writes: list[str] = []
+    for k, result in enumerate(results):
+        places = _places(result.shape, f"r{k}")
+        for entry, place in zip(result.entries.flat, places, strict=True):
+            if result.numbers is None:
+                entries.append(entry)
+                writes.append(place)
+    reads = [place for k, shape in enumerate(shapes) for place in _places(shape, f"a{k}")]
+    tables = tables_of_graph(entries)
+    lines = statements_of(entries, "IN{}", "OUT{}", number=number)
+    heads = [f"#define IN{k} {place}" for k, place in enumerate(reads)]
+    heads += [f"#define OUT{k} {place}" for k, place in enumerate(writes)]
+    # results that are numbers in an array of others
+    still = [
+        f"OUT{k} = {literal(x, number)};" for k, x in enumerate(entries) if not isinstance(x, Node)
+    ]
+    given = [f"const {number}* __restrict__ table{k}" for k in range(len(tables))]
+    given += [f"const {number}* __restrict__ a{k}" for k in range(len(shapes))]
+    given += [
+        f"{'bool' if r.dtype == np.bool_ else number}* __restrict__ r{k}"
+        for k, r in enumerate(results)
+        if r.numbers is None
+    ]
+    body = "\n".join([*lines, *still])
+    head = "\n".join(heads)
+    text = f"""{head}
+extern "C" __global__ void rows({", ".join(given)}, int n) {{
+const int i = blockIdx.x * blockDim.x + threadIdx.x;
+if (i >= n) return;
+{body}
+}}
+"""
+    return text, tables
+
+
+def _places(shape: Sequence[int], name: str) -> list[str]:
+    """Return the places of the entries of an array of one row among those of n."""
+    links, *rest = shape
+    inner = int(np.prod(rest, dtype=int))
+    # entry (link, component) of row i; components are kept in reversed order of axes
+    order = np.arange(inner).reshape(rest[::-1]).transpose().ravel() if rest else np.zeros(1, int)
+    return [
+        f"{name}[{int(c) * links + link} * (size_t)n + i]" for link in range(links) for c in order
+    ]
+
+
+def _turned(x: Tensor) -> Tensor:
+    """Return a view with the axes in reversed order."""
+    return x.permute(*range(x.ndim - 1, -1, -1))
+
+
+def _kind(like: Tensor) -> str:
+    return "double" if like.dtype.itemsize == 8 else "float"
+
+
+def _compiled(text: str) -> Any:
+    """Compile a kernel.
+
+    Raises:
+        CannotCompile: this PyTorch has no compiler for kernels, or it refuses the text.
+    """
+    import torch
+
+    compiler = getattr(torch.cuda, "_compile_kernel", None)
+    if compiler is None:
+        raise CannotCompile(
+            f"PyTorch {torch.__version__} compiles no kernels.\nInstall torch>=2.9 for CUDA"
+        )
+    try:
+        return compiler(text, "rows")
+    except RuntimeError as problem:
+        raise CannotCompile(f"the kernel was refused: {problem}") from problem
