@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from seals.arrays import Array, looping
+from seals.caches import cache_folder, keep, kept
 from seals.world.scalar_compiler import functions
 from seals.world.scalar_compiler.clike import literal, statements_of, tables_of_graph
 from seals.world.scalar_compiler.graph import Node
@@ -147,19 +150,30 @@ def _kind(like: Tensor) -> str:
 
 
 def _compiled(text: str) -> Any:
-    """Compile a kernel.
+    """Return a kernel, from the private cache where it was compiled before.
 
     Raises:
         CannotCompile: this PyTorch has no compiler for kernels, or it refuses the text.
     """
     import torch
 
-    compiler = getattr(torch.cuda, "_compile_kernel", None)
-    if compiler is None:
+    try:
+        from torch.cuda import _utils as compiler
+
+        load, compile_text = compiler._cuda_load_module, compiler._nvrtc_compile
+    except (AttributeError, ImportError) as problem:
         raise CannotCompile(
             f"PyTorch {torch.__version__} compiles no kernels.\nInstall torch>=2.9 for CUDA"
-        )
-    try:
-        return compiler(text, "rows")
-    except RuntimeError as problem:
-        raise CannotCompile(f"the kernel was refused: {problem}") from problem
+        ) from problem
+    capability = "".join(map(str, torch.cuda.get_device_capability()))
+    key = hashlib.sha256(f"{torch.version.cuda} {capability} {text}".encode()).hexdigest()
+    place = cache_folder("kernels") / f"{key}.cubin"
+    code = kept(place)
+    if code is None:
+        try:
+            code = bytes(compile_text(text, "rows", capability)[0])
+        except RuntimeError as problem:
+            raise CannotCompile(f"the kernel was refused: {problem}") from problem
+        with contextlib.suppress(OSError):  # compiled anew the next time
+            keep(place, code)
+    return load(code, ["rows"])["rows"]
