@@ -172,7 +172,7 @@ def measured(case: str, repeats: int) -> Row:
 
 def _timed_compiler() -> list[float]:
     """Return processor time spent on machine code of laws from now on [s], kept up to date."""
-    from seals.world.scalar_compiler import kernel, rows
+    from seals.scalar_compiler import kernel, rows
 
     spent, inside = [0.0], [False]
 

@@ -270,7 +270,7 @@ class CompiledBody(RigidBody, Protocol):
         """Write the state after a step; return the places of what `landed` takes.
 
         Args:
-            program: `seals.world.scalar_compiler.Program`.
+            program: `seals.scalar_compiler.Program`.
         """
         ...
 
@@ -280,7 +280,7 @@ class CompiledBody(RigidBody, Protocol):
         """Write that the engine takes a state of `leapt`, in a step that is not refused.
 
         Args:
-            program: `seals.world.scalar_compiler.Program`.
+            program: `seals.scalar_compiler.Program`.
             written: places of the results of `leapt` that the engine takes, with lengths.
             forces: the first result of `compiled_law` but one: those on the joints.
 
@@ -296,7 +296,7 @@ class CompiledBody(RigidBody, Protocol):
         """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
 
         Args:
-            program: `seals.world.scalar_compiler.Program`.
+            program: `seals.scalar_compiler.Program`.
             loads: places of the results of `compiled_law`, with their lengths.
             origin: place of that of the base at its start, world.
             touching: whether something touches in it; refused where that is not so.

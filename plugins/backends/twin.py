@@ -9,7 +9,7 @@ from seals.plugins.backends.free import BackendFree
 from seals.schema import param
 
 
-@roles(data="double fused")
+@roles(data="double")
 @dataclass(kw_only=True)
 class BackendTwin(BackendFree):
     """Backend ``free`` in a run; in learning thousands of robots in one PyTorch batch, joints held.
@@ -18,8 +18,6 @@ class BackendTwin(BackendFree):
         passable: see `BackendFree`.
         interval: step of the batch's integrator, fourth order [s].
         double: whether the batch computes in float64.
-        fused: whether PyTorch's compiler joins the arithmetic of a batch: minutes at first, several
-            times faster after that; needs a C++ compiler. Evaluations fly without it.
 
     Limitations:
         As of ``free``: nothing touches anything. In a batch, the joints stand still.
@@ -38,4 +36,3 @@ class BackendTwin(BackendFree):
         fit=False,
     )
     double: bool = False
-    fused: bool = False

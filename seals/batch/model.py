@@ -1,16 +1,14 @@
-"""Batch dynamics: the robot's equations of motion with its effects, over a batch.
-
-State derivatives are compiled once for all stages of a step.
-"""
+"""Batch dynamics: the robot's equations of motion with its effects, over a batch."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import functools
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from seals.arrays import Array, as_like, column_of, deciding, namespace
+from seals.arrays import Array, as_like, namespace, on_accelerator
 from seals.batch.fused import FusedBody
 from seals.batch.rigid import RigidBody
 from seals.batch.state import GAMMA, Posture, Rates, TwinState, advance, rosenbrock, runge_kutta
@@ -23,67 +21,16 @@ from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.environment.wetting import Wetting
-from seals.errors import ConfigError
 from seals.motion import Body, Inputs
 from seals.multibody.equations import scatter
 from seals.multibody.kinematics import take
+from seals.pytree import mapped
 from seals.robot.model import RobotModel
-from seals.tensor_compiler import compile_law
+from seals.scalar_compiler import constant
+from seals.scalar_compiler.device_rows import DeviceLaw
 
 Ahead = tuple[Rates, Any] | None
 """Rates to go along before others are found, and for how long [s]; None stays where it is."""
-
-
-class _FusedSlopes:
-    """Compiled `BatchDynamics.slopes`; arguments that differ between stages are arrays.
-
-    Args:
-        slopes: method of a twin.
-        like: its array library, which must be PyTorch.
-
-    Raises:
-        ConfigError: the twin computes with another array library.
-    """
-
-    def __init__(self, slopes: Callable[..., Any], like: Array) -> None:
-        if not hasattr(like, "untyped_storage"):
-            raise ConfigError(
-                f"batch dynamics with {type(like).__module__} arrays cannot be fused.\n"
-                "Give like=torch.zeros(1), or leave out fused."
-            )
-        self._like = like
-        self._law = compile_law(slopes)
-        self._numbers: dict[float, Array] = {}
-
-    def __call__(
-        self,
-        state: TwinState,
-        ahead: Ahead,
-        time: Any,
-        inputs: Inputs,
-        memory: Mapping[str, Array],
-        *,
-        posture: Posture | None = None,
-    ) -> tuple[Rates, Mapping[str, Array]]:
-        """Return the rates and the new memory; a known posture is not used."""
-        del posture
-        if ahead is None:
-            still = state.velocity * 0.0
-            ahead = Rates._make([*(x * 0.0 for x in state), still]), 0.0
-        rates, span = ahead
-        given = inputs._replace(step=self._number(inputs.step))
-        found: tuple[Rates, Mapping[str, Array]] = self._law(
-            state, (rates, self._number(span)), column_of(time, self._like), given, memory
-        )
-        return found
-
-    def _number(self, value: Any) -> Array:
-        """Return a number as an array (1, 1), cached."""
-        if not isinstance(value, int | float):
-            return column_of(value, self._like)
-        if value not in self._numbers:
-            self._numbers[value] = as_like([[value]], self._like)
-        return self._numbers[value]
 
 
 STEEPEST = 1.2
@@ -108,14 +55,11 @@ class BatchDynamics:
         like: array whose library, type and device to use; NumPy float64 by default.
         values: ``"effect.parameter"`` to a number or an array (B,), in place of the configured
             values.
-        fused: compile explicit steps with PyTorch, see `seals.tensor_compiler`.
         wetting: finds the wetted parts of the hulls; None for `tables_of`.
 
     Assumptions:
-        No contacts. Effects' memory and inputs are held over a step.
-
-    Raises:
-        ConfigError: fused, and not on PyTorch.
+        No contacts. Effects' memory and inputs are held over a step. On an accelerator an explicit
+        step is one kernel (`seals.scalar_compiler.device_rows`), compiled for its first call.
 
     Example:
         >>> BatchDynamics  # doctest: +ELLIPSIS
@@ -132,10 +76,12 @@ class BatchDynamics:
         batch: int,
         like: Array | None = None,
         values: Mapping[str, Any] | None = None,
-        fused: bool = False,
         wetting: Wetting | None = None,
     ) -> None:
         like = np.zeros(1) if like is None else like
+        self._parts = robot, effects, environment, waves
+        self._values = values or {}
+        self._kernels: dict[tuple[float, float], DeviceLaw] = {}
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)
         bodies = robot.bodies(like, batch)
@@ -161,9 +107,6 @@ class BatchDynamics:
         self.memory: Mapping[str, Array] = self.zero_memory()
         self._torque = self.no_torque()
         self._rate = fastest_drive(self.effects, robot)
-        self._slopes = _FusedSlopes(self.slopes, like) if fused else None
-        # within other fused laws the step is a part of them
-        self._whole = compile_law(self._explicit) if fused else None
 
     def zero_memory(self) -> dict[str, Array]:
         """Return the memory of all effects at reset."""
@@ -244,12 +187,54 @@ class BatchDynamics:
         """
         if self._stiff(step):
             return self._implicit(state, time, step, inputs, posture)
-        if self._whole is None or not deciding():
-            now, k1, self.memory = self._explicit(state, time, step, inputs, self.memory, posture)
-        else:
-            column = column_of(time, self.like)
-            now, k1, self.memory = self._whole(state, column, step, inputs, self.memory, None)
+        law = self._launched if on_accelerator(state.position) else self._explicit
+        now, k1, self.memory = law(state, time, step, inputs, self.memory, posture)
         return now, k1
+
+    def _launched(  # noqa: PLR0917  as `_explicit`
+        self,
+        state: TwinState,
+        time: Any,
+        step: float,
+        inputs: tuple[Inputs, Inputs, Inputs],
+        memory: Mapping[str, Array],
+        posture: Posture | None,
+    ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
+        """One step as one kernel; what is known at the start is worked out again in it."""
+        del posture
+        batch, span = state.position.shape[0], inputs[0].step
+        if (step, span) not in self._kernels:
+            law = functools.partial(self._step_of_one, step, span)
+            self._kernels[step, span] = DeviceLaw(law, self.like)
+
+        def whole(x: Any) -> Array:
+            """A row for every robot; one that holds for all of them is repeated."""
+            rows = as_like(x, self.like) if isinstance(x, int | float) else x
+            rows = rows.reshape(-1, 1) if rows.ndim < 2 else rows
+            return rows.expand(batch, *rows.shape[1:]) if rows.shape[0] == 1 else rows
+
+        given = [x._replace(step=None) for x in inputs]
+        values = mapped({k: as_like(v, self.like) for k, v in self._values.items()}, whole)
+        found: tuple[TwinState, Rates, Mapping[str, Array]] = self._kernels[step, span](
+            *(values, mapped(tuple(given), whole), memory, whole(time), state)
+        )
+        return found
+
+    def _step_of_one(  # noqa: PLR0917  a law of numbers and arrays
+        self,
+        step: float,
+        span: float,
+        values: Mapping[str, Array],
+        inputs: tuple[Inputs, ...],
+        memory: Mapping[str, Array],
+        time: Array,
+        state: TwinState,
+    ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
+        """The same step of one robot on traced arrays."""
+        single = {name: value.reshape((1,)) for name, value in values.items()}
+        one = BatchDynamics(*self._parts, batch=1, like=constant(np.zeros(1)), values=single)
+        first, middle, last = (x._replace(step=span) for x in inputs)
+        return one._explicit(state, time, step, (first, middle, last), memory, None)
 
     def _explicit(  # noqa: PLR0917  a law, whole
         self,
@@ -261,7 +246,7 @@ class BatchDynamics:
         posture: Posture | None,
     ) -> tuple[TwinState, Rates, Mapping[str, Array]]:
         """One step of the Runge-Kutta method: state and memory after it, rates before it."""
-        slopes = self._slopes or self.slopes
+        slopes = self.slopes
         k1, after = slopes(state, None, time, inputs[0], memory, posture=posture)
         middle, end = (x._replace(step=0.0) for x in inputs[1:])
         half = 0.5 * step

@@ -233,7 +233,7 @@ class CommandLaw(NamedTuple):
     """Law of a controller as machine code, for steps without Python.
 
     Args:
-        kernel: machine code, `seals.world.scalar_compiler.Kernel`.
+        kernel: machine code, `seals.scalar_compiler.Kernel`.
         names: of its arguments, of these: `STATE_ARRAYS`; ``force`` and ``place`` of the buoyancy;
             of the aim ``velocity_wanted``, ``acceleration``, ``yaw``, ``yaw_rate``; ``targets`` of
             the joints before and ``memory``; what ``aimed`` gives.

@@ -315,7 +315,7 @@ class CompiledMasses(CompiledEngineBody, Protocol):
         """Write a step of the engine, refused where something may touch; Python is called in it.
 
         Args:
-            program: `seals.world.scalar_compiler.Program`.
+            program: `seals.scalar_compiler.Program`.
             loads: places of the first two arguments of `apply_generalised`, with their lengths.
             origin: place of the third.
             stays: whether the engine's masses may stay as they are.
@@ -372,7 +372,7 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         Refused where contacts are not as said, or drives at their limits ask for more solutions.
 
         Args:
-            program: `seals.world.scalar_compiler.Program`.
+            program: `seals.scalar_compiler.Program`.
             loads: places of the joint forces and of the results of `compiled_law`, with lengths.
             touching: whether something touches in the step.
 

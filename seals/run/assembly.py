@@ -174,7 +174,6 @@ def build_twin(
     batch: int = 1,
     like: Array | None = None,
     values: Mapping[str, Any] | None = None,
-    fused: bool = False,
 ) -> tuple[BatchDynamics, TwinState]:
     """Build the batch dynamics of a run, and its initial state repeated over the batch.
 
@@ -183,7 +182,6 @@ def build_twin(
         batch: number of robots.
         like: array whose library, type and device to use.
         values: parameters in place of the configured ones, see `seals.batch.BatchDynamics`.
-        fused: let PyTorch's compiler join the arithmetic, likewise.
     """
     refuse_fluid(settings, "the batch dynamics")
     if settings.robots:
@@ -200,7 +198,6 @@ def build_twin(
         batch=batch,
         like=like,
         values=values,
-        fused=fused,
     )
     return twin, _twin_state(twin, initial_configuration(settings, robot))
 

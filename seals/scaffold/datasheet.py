@@ -67,7 +67,7 @@ _ONBOARD = ("angular_velocity", "specific_force", "motor_pwm", "battery_voltage"
 _GUST = {"air": 0.02, "water": 0.005}
 """Gusts over mass where the flight does not tell them [m/s^2]: still air indoors, still water."""
 _LEVER, _USUAL_ARM = 0.065, 0.17
-"""Torque of gusts over their force and the arm of the motors, and that arm where none is stated [m]."""
+"""Torque of gusts over their force and the motors' arm; that arm where none is stated [m]."""
 
 
 def write_datasheet(

@@ -187,8 +187,11 @@ _SLOWEST, _LONGEST_LAG, _ALIKE = 0.021, 0.25, 0.5
 """Step of rows [s] and lag [s] up to which a lag is looked for, and the correlation it needs."""
 _THIRD = 20.0
 """Variance of third differences of white noise, in units of its own."""
-_SCATTER = 1.5
-"""Relative 1-sigma of the noise by the median of n third differences, times the root of n."""
+_NOISE_AT, _INSIDE = 3.7064, 0.91126
+"""Third differences that are noise, over their median size: to 2.5 standard deviations of normal
+ones; and the variance of those."""
+_SCATTER = 1.24
+"""Relative 1-sigma of the noise by n third differences, times the root of n."""
 _SAME = 3.0
 """Scatters [1-sigma] by which the axes of a channel may differ and have one noise."""
 
@@ -310,7 +313,9 @@ def _noise(log: Log, stem: str) -> float:
         third = np.diff(turns, 2, axis=0)
     else:
         third = np.diff(values, 3, axis=0)
-    axes = np.median(np.abs(third), axis=0) / 0.6745
+    # the median says what is noise; the mean square of that scatters half as much as the median
+    inside = np.abs(third) <= _NOISE_AT * np.median(np.abs(third), axis=0)
+    axes = np.sqrt((third**2 * inside).sum(axis=0) / inside.sum(axis=0) / _INSIDE)
     largest, shared = float(np.max(axes)), float(np.sqrt(np.mean(axes**2)))
     same = largest <= shared * (1.0 + _SAME * _SCATTER / np.sqrt(len(third)))
     return float((shared if same else largest) / np.sqrt(_THIRD))

@@ -33,6 +33,7 @@ from seals.multibody.equations import Assembly
 from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.plugin_options import options_of
 from seals.robot.model import RobotModel
+from seals.scalar_compiler import REFUSED, CannotCompile
 from seals.sensors.protocol import OnboardState, Sensor, spins
 from seals.sensors.rays import Shape, shapes_of_hull
 from seals.sensors.surroundings import Surroundings
@@ -46,7 +47,6 @@ from seals.world.immersion import Immersion
 from seals.world.ledger import Ledger
 from seals.world.looped_command import LoopedCommand
 from seals.world.pilot import ControlInput, Pilot
-from seals.world.scalar_compiler import REFUSED, CannotCompile
 from seals.world.sensor_suite import MANY, Instant, SensorSuite
 from seals.world.servos import Servoing
 from seals.world.stretch import Ready, Supply

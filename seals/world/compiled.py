@@ -2,7 +2,7 @@
 
 What is compiled is what runs otherwise: kinematics, `EnvironmentSampler`, `Evaluator`, sensors'
 accelerations and the pure part of the body's coupling, on traced arrays
-(`seals.world.scalar_compiler`).
+(`seals.scalar_compiler`).
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from seals.environment.waves import Waves
 from seals.motion import Inputs, Joints, Motion
 from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.robot.model import RobotModel
+from seals.scalar_compiler import compiled, constant
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.looped_command import LoopedCommand
-from seals.world.scalar_compiler import compiled, constant
 from seals.world.servos import Servoing
 from seals.world.stretch import Form, Loads, Parts, Ready, Stretch
 

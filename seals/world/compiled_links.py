@@ -18,8 +18,8 @@ from seals.motion import Body
 from seals.multibody.kinematics import Kinematics, LinkVelocities, link_motion
 from seals.multibody.tree import forward
 from seals.robot.model import RobotModel
+from seals.scalar_compiler import Kernel, compiled, constant
 from seals.world.felt import LinkTrack, arms_of, axes_of, felt_by_links, mean_velocities
-from seals.world.scalar_compiler import Kernel, compiled, constant
 
 _FLOAT = np.dtype(np.float64)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from seals.arrays import Array
+from seals.scalar_compiler import Kernel, compiled
 from seals.world.compiled import LIKE, CompiledStep
 from seals.world.compiled_links import Look
 from seals.world.pilot import Pilot, Weighing, Weights
-from seals.world.scalar_compiler import Kernel, compiled
 
 
 class CompiledWeights:

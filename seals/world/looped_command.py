@@ -13,9 +13,9 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.control.protocols import ActuatorCommand, CommandLaw, SearchLaw, Steady
 from seals.control.tracking import towards
+from seals.scalar_compiler import Kernel, Place, Program, compiled
 from seals.world.compiled_links import Layout, Look
 from seals.world.drivetrain import Drivetrain
-from seals.world.scalar_compiler import Kernel, Place, Program, compiled
 
 _WEIGHTS = (
     *("centre", "inertia", "centre_map", "momentum_map", "submersion", "force", "place"),

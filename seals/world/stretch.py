@@ -16,12 +16,12 @@ import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.backend import CompiledBody, Configuration
+from seals.scalar_compiler import Kernel, Place, Program, View, compiled
 from seals.state_records import state_record
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.ledger import Ledger
 from seals.world.looped_command import Given, LoopedCommand
-from seals.world.scalar_compiler import Kernel, Place, Program, View, compiled
 
 MOST = 64
 """Steps of a stretch."""

@@ -13,10 +13,10 @@ from seals.config.compose import compose
 from seals.learn.environments.build import batched_of, build_learning
 from seals.learn.environments.machine_twin import MachineLaw
 from seals.learn.environments.twin import TwinSimulator
-from seals.world.scalar_compiler import rows
-from seals.world.scalar_compiler.functions import take
-from seals.world.scalar_compiler.graph import Table
-from seals.world.scalar_compiler.rows import RowKernel
+from seals.scalar_compiler import rows
+from seals.scalar_compiler.functions import take
+from seals.scalar_compiler.graph import Table
+from seals.scalar_compiler.rows import RowKernel
 
 pytest.importorskip("llvmlite")
 torch = pytest.importorskip("torch")

@@ -20,7 +20,7 @@ from seals.motion import Inputs, Joints
 from seals.plugins.backends.mujoco_warp.laws import kernel_of
 from seals.pytree import leaves
 from seals.run.assembly import ROBOT
-from seals.world.scalar_compiler import followed, statements_of
+from seals.scalar_compiler import followed, statements_of
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("mujoco_warp")

@@ -12,8 +12,8 @@ from seals import caches
 from seals.arrays import Array, namespace, some
 from seals.errors import ConfigError
 from seals.frames import cross, exponential, matrix_of, quaternion_of_rpy, rotation_vector
-from seals.world.scalar_compiler import Traced, compiled, constant
-from seals.world.scalar_compiler.graph import given
+from seals.scalar_compiler import Traced, compiled, constant
+from seals.scalar_compiler.graph import given
 
 pytest.importorskip("llvmlite")
 

@@ -17,8 +17,8 @@ from seals.run.assembly import build_world
 from seals.run.build import build_run
 from seals.run.recorder import Moment, Recorder
 from seals.run.simulation import Record, simulate
+from seals.scalar_compiler import Program, compiled
 from seals.world import World
-from seals.world.scalar_compiler import Program, compiled
 
 pytest.importorskip("llvmlite")
 pytest.importorskip("mujoco")

@@ -16,7 +16,7 @@ from seals.plugins.backends.mujoco.contact_loop import RECORD, ContactLoop, reco
 from seals.plugins.backends.mujoco.library import Library, library
 from seals.plugins.backends.mujoco.scene import PASSES, Scene
 from seals.robot.model import RobotModel
-from seals.world.scalar_compiler import Place, Program, compiled
+from seals.scalar_compiler import Place, Program, compiled
 
 Given: TypeAlias = tuple[Place, int]
 _BEFORE = (

@@ -10,7 +10,7 @@ from seals.arrays import Array, Floats
 from seals.plugins.backends.mujoco.contact_law import Points
 from seals.plugins.backends.mujoco.library import Library
 from seals.plugins.backends.mujoco.sliding import WAYS, corrected
-from seals.world.scalar_compiler import Place, Program, compiled
+from seals.scalar_compiler import Place, Program, compiled
 
 ROOM = 32
 """Contacts of a step, at most; a step with more is refused."""

@@ -117,7 +117,7 @@ class BackendMujocoWarp(BackendMujoco):
     def _kernel(self, one: BatchLoads, like: Any, *, count: int, step: float) -> LawKernel | None:
         """Return the laws of one robot as a kernel; None, with a warning, where they have none."""
         from seals.plugins.backends.mujoco_warp.laws import LawKernel
-        from seals.world.scalar_compiler import CannotCompile
+        from seals.scalar_compiler import CannotCompile
 
         try:
             return LawKernel(one, step=step, batch=count, like=like)

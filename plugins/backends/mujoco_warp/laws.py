@@ -13,8 +13,8 @@ from seals.batch.loads import BatchLoads, LinkStates, Loads
 from seals.motion import Inputs, Joints
 from seals.multibody.kinematics import by_batch, by_link
 from seals.pytree import leaves, mapped
+from seals.scalar_compiler import Traced, followed, statements_of
 from seals.world.drivetrain import response_of
-from seals.world.scalar_compiler import Traced, followed, statements_of
 
 if TYPE_CHECKING:
     from torch import Tensor

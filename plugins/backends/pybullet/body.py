@@ -13,7 +13,7 @@ from seals.frames import carried, conjugate, matrix_of, multiply
 from seals.multibody.tree import Tree
 from seals.plugins.backends.pybullet.loading import Loaded, load_robot
 from seals.robot.model import RobotModel
-from seals.world.scalar_compiler import Place, Program
+from seals.scalar_compiler import Place, Program
 
 TOP_SPEED = 99.0
 """Speed above which motion is refused [m/s, rad/s]; the engine clamps silently at 100."""

@@ -12,11 +12,12 @@ from seals.arrays import Array, as_like, namespace, on_accelerator, some
 from seals.errors import ConfigError
 from seals.learn.batched import StepResult, picked
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
-from seals.learn.environments.machine_twin import DeviceLaw, MachineVerdict
+from seals.learn.environments.machine_twin import MachineVerdict
 from seals.learn.environments.simulator import BatchSimulator, FrameCallback
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied, is_tensor, mapped
+from seals.scalar_compiler.device_rows import DeviceLaw
 from seals.sound_numbers import refuse_not_finite
 
 if TYPE_CHECKING:
@@ -270,9 +271,7 @@ class Environments:
         )
         return verdict, ended, ledger, self._values(now)
 
-    def _reset_ended(
-        self, scene: Scene, ended: Array, fresh: tuple[Any, Array] | None
-    ) -> Scene:
+    def _reset_ended(self, scene: Scene, ended: Array, fresh: tuple[Any, Array] | None) -> Scene:
         """Reset the environments whose episode ended."""
         if fresh is not None:
             opened = self._opened(*fresh)

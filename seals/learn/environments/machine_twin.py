@@ -10,9 +10,8 @@ import numpy as np
 
 from seals.arrays import Array, doubting
 from seals.pytree import leaves, mapped
-from seals.world.scalar_compiler import CannotCompile, compiled, constant
-from seals.world.scalar_compiler.device_rows import DeviceRowKernel
-from seals.world.scalar_compiler.rows import RowKernel
+from seals.scalar_compiler import CannotCompile, compiled, constant
+from seals.scalar_compiler.rows import RowKernel
 
 ROUNDS = (6, 16)
 """Turns of the search for the best command within the drives' bounds, of the first and next law."""
@@ -90,43 +89,6 @@ class MachineLaw:
             return [*leaves(self._form), unsure]
 
         return RowKernel(whole, shapes)
-
-
-class DeviceLaw:
-    """Law on nests of tensors as one kernel of an accelerator, compiled for its first call.
-
-    Args:
-        law: of one row, on traced arrays.
-        like: tensor whose type and device to use.
-    """
-
-    def __init__(self, law: Callable[..., Any], like: Any) -> None:
-        self._law, self._like = law, like
-        self._kernel: Any = None
-        self._form: Any = None
-
-    def __call__(self, *given: Any) -> Any:
-        """Return the results for nests of tensors, of which the last one has N rows.
-
-        Raises:
-            CannotCompile: see `seals.world.scalar_compiler.device_rows.DeviceRowKernel`.
-        """
-        flat = list(leaves(given))
-        if self._kernel is None:
-            self._kernel = self._compiled(given, flat)
-        found = iter(self._kernel(flat))
-        return mapped(self._form, lambda leaf: next(found))
-
-    def _compiled(self, given: Any, flat: list[Any]) -> DeviceRowKernel:
-        count = flat[-1].shape[0]
-        shapes = [(x.shape[0] // count, *x.shape[1:]) for x in flat]
-
-        def law(*arrays: Array) -> list[Array]:
-            more = iter(arrays)
-            self._form = self._law(*mapped(given, lambda leaf: next(more)))
-            return list(leaves(self._form))
-
-        return DeviceRowKernel(law, shapes, self._like)
 
 
 class MachineVerdict:

@@ -23,8 +23,8 @@ from seals.robot.model import RobotModel
 from seals.run.assembly import ROBOT, build_model
 from seals.run.hover_trim import carrying_speeds
 from seals.run.settings import RunSettings
+from seals.scalar_compiler import REFUSED
 from seals.world.compiled import LIKE
-from seals.world.scalar_compiler import REFUSED
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
@@ -58,7 +58,9 @@ class Starts(NamedTuple):
         """Return flights and goals of starts by chances from 0 to 1, 1 excluded, shape (N,)."""
         rows = (chance * self.goal.shape[0]).long()
         # component by component, as a kernel reads them
-        drive, goal, *parts = (x.T[:, rows].T for x in (self.drive, self.goal, *self.state.values()))
+        drive, goal, *parts = (
+            x.T[:, rows].T for x in (self.drive, self.goal, *self.state.values())
+        )
         state = self.still.state._replace(**dict(zip(self.state, parts, strict=True)))
         return self.still._replace(state=state, drive=drive), goal
 
@@ -113,10 +115,11 @@ class TwinSimulator(BatchSimulator):
         backend: Any = settings.backend
         self.task, self._settings = task, settings
         self.like = LIKE if traced else _like_on(device, double=backend.double)
-        self.values = {
-            name: as_like(np.broadcast_to(np.asarray(v, dtype=float).reshape(-1, 1), (count, 1)), self.like)
-            for name, v in (values or {}).items()
-        } if on_accelerator(self.like) else {}
+        if on_accelerator(self.like):
+            self.values = {
+                name: as_like(np.broadcast_to(np.reshape(value, (-1, 1)), (count, 1)), self.like)
+                for name, value in (values or {}).items()
+            }
         joints = task.posture
         self.twin = PilotedTwin(
             settings,

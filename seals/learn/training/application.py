@@ -225,8 +225,6 @@ def _train_into(
     with contextlib.ExitStack() as stack:
         environment, eval_env = stack.enter_context(environments(config))
         agent, remarks = _agent_of(config, environment)
-        if config.backend.get("fused"):
-            remarks.append("the first step compiles the batch dynamics, which takes some minutes")
         total = course.steps if agent.interactive else max(1, agent.due())
         metrics = {"success": "-", "row": ""}
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.world.scalar_compiler.graph import ELEMENTWISE, Node
+from seals.scalar_compiler.graph import ELEMENTWISE, Node
 
 Entries = NDArray[np.object_]
 
@@ -35,7 +35,7 @@ class Traced:
     __slots__ = ("entries",)
     device = "cpu"
     namespace: ClassVar[Any] = None
-    """Its functions, which `seals.world.scalar_compiler.functions` puts here."""
+    """Its functions, which `seals.scalar_compiler.functions` puts here."""
 
     def __init__(self, entries: Any) -> None:
         self.entries: Entries = np.asarray(entries, dtype=object)

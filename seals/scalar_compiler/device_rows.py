@@ -11,10 +11,11 @@ import numpy as np
 
 from seals.arrays import Array, looping
 from seals.caches import cache_folder, keep, kept
-from seals.world.scalar_compiler import functions
-from seals.world.scalar_compiler.clike import literal, statements_of, tables_of_graph
-from seals.world.scalar_compiler.graph import Node
-from seals.world.scalar_compiler.kernel import CannotCompile, followed
+from seals.pytree import leaves, mapped
+from seals.scalar_compiler import functions
+from seals.scalar_compiler.clike import literal, statements_of, tables_of_graph
+from seals.scalar_compiler.graph import Node
+from seals.scalar_compiler.kernel import CannotCompile, followed
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -26,9 +27,9 @@ THREADS = 128
 class DeviceRowKernel:
     """Law on arrays of one row, compiled for tensors of many rows on an accelerator.
 
-    The graph is the one that becomes machine code for a processor, see `RowKernel`, with loops where
-    the law iterates; it is compiled by NVRTC, which PyTorch for CUDA brings. Tensors are read and
-    written component by component, so that neighbouring threads read neighbouring numbers.
+    The graph is the one that becomes machine code for a processor, see `RowKernel`, with loops
+    where the law iterates; it is compiled by NVRTC, which PyTorch for CUDA brings. Tensors are read
+    and written component by component, so that neighbouring threads read neighbouring numbers.
 
     Args:
         law: pure, of arrays; it returns arrays. Their first axis is the batch, or that of links
@@ -67,7 +68,7 @@ class DeviceRowKernel:
         return [_turned(x) for x in out]
 
     def _memory(self, k: int, rows: int) -> Tensor:
-        """Return memory for a result, its last axis first; numbers that no row changes stand there."""
+        """Return memory for a result, its last axis first; what no row changes stands there."""
         import torch
 
         result = self._results[k]
@@ -81,6 +82,43 @@ class DeviceRowKernel:
             same = self._like.new_tensor(result.numbers).to(kind)
             self._same[key] = _turned(same.repeat_interleave(rows, dim=0)).contiguous()
         return self._same[key]
+
+
+class DeviceLaw:
+    """Law on nests of tensors as one kernel of an accelerator, compiled for its first call.
+
+    Args:
+        law: of one row, on traced arrays.
+        like: tensor whose type and device to use.
+    """
+
+    def __init__(self, law: Callable[..., Any], like: Any) -> None:
+        self._law, self._like = law, like
+        self._kernel: Any = None
+        self._form: Any = None
+
+    def __call__(self, *given: Any) -> Any:
+        """Return the results for nests of tensors, of which the last one has N rows.
+
+        Raises:
+            CannotCompile: see `DeviceRowKernel`.
+        """
+        flat = list(leaves(given))
+        if self._kernel is None:
+            self._kernel = self._compiled(given, flat)
+        found = iter(self._kernel(flat))
+        return mapped(self._form, lambda leaf: next(found))
+
+    def _compiled(self, given: Any, flat: list[Any]) -> DeviceRowKernel:
+        count = flat[-1].shape[0]
+        shapes = [(x.shape[0] // count, *x.shape[1:]) for x in flat]
+
+        def law(*arrays: Array) -> list[Array]:
+            more = iter(arrays)
+            self._form = self._law(*mapped(given, lambda leaf: next(more)))
+            return list(leaves(self._form))
+
+        return DeviceRowKernel(law, shapes, self._like)
 
 
 def source_of(

@@ -15,8 +15,8 @@ import numpy as np
 
 from seals.multibody.linear import solve_symmetric
 from seals.pytree import leaves, mapped
-from seals.world.scalar_compiler.graph import ELEMENTWISE, Loop, Node, Table
-from seals.world.scalar_compiler.traced import Traced, constant, elementwise
+from seals.scalar_compiler.graph import ELEMENTWISE, Loop, Node, Table
+from seals.scalar_compiler.traced import Traced, constant, elementwise
 
 float64, int64 = np.dtype(np.float64), np.dtype(np.int64)
 
@@ -160,10 +160,12 @@ def loop(
 def _refilled(nest: Any, like: Sequence[Traced], entries: Sequence[Any]) -> Any:
     """Return a nest of the same form and shapes with other entries, in order."""
     rest = iter(entries)
-    parts = iter([
-        Traced(np.array([next(rest) for _ in range(x.size)], dtype=object).reshape(x.shape))
-        for x in like
-    ])
+    parts = iter(
+        [
+            Traced(np.array([next(rest) for _ in range(x.size)], dtype=object).reshape(x.shape))
+            for x in like
+        ]
+    )
     return mapped(nest, lambda _: next(parts))
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from seals.world.scalar_compiler.graph import Loop, Node, Table, needed
+from seals.scalar_compiler.graph import Loop, Node, Table, needed
 
 _SIGNS = {
     **{"add": "+", "subtract": "-", "multiply": "*", "divide": "/"},
@@ -40,7 +40,7 @@ def statements_of(
         number: type of all numbers, ``double`` or ``float``.
 
     Example:
-        >>> from seals.world.scalar_compiler.graph import given, multiply
+        >>> from seals.scalar_compiler.graph import given, multiply
         >>> x = given(0, {})
         >>> statements_of([multiply(x, x), 1.0], "a[{}]", "b[{}]")
         ['const double v0 = a[0];', 'const double v1 = v0 * v0;', 'b[0] = v1;']
@@ -53,7 +53,7 @@ def statements_of(
 
 
 def tables_of_graph(outputs: Sequence[Any]) -> list[Table]:
-    """Return the tables that results are looked up in; statements call them ``table0`` and so on."""
+    """Return the tables of some results, which the statements call ``table0`` and so on."""
     nodes = needed([x for x in outputs if isinstance(x, Node)])
     return list(dict.fromkeys(x.args[1] for x in nodes if x.op == "look_up"))
 
@@ -111,7 +111,9 @@ class _Text:
         yield f"for (int {turn} = 0; {turn} < {loop.count}; ++{turn}) {{"
         yield from self.block(depth | {loop})
         # all of them at once: an entry may become what another one was
-        yield from (f"const auto {name}n = {self._entry(loop.last[k])};" for k, name in held.items())
+        yield from (
+            f"const auto {name}n = {self._entry(loop.last[k])};" for k, name in held.items()
+        )
         yield from (f"{name} = {name}n;" for name in held.values())
         if isinstance(loop.done, Node):
             yield f"if ({self._entry(loop.done)}) break;"
@@ -126,24 +128,15 @@ class _Text:
         yield f"const {kind} {name} = {self._expression(node)};"
 
     def _expression(self, node: Node) -> str:
-        op = node.op
-        if op == "input":
+        if node.op == "input":
             return self._read.format(node.args[0])
-        if op == "look_up":
+        if node.op == "look_up":
             return self._looked_up(*node.args)
         given = [self._entry(x) for x in node.args]
-        if op in _NEAR_ONE:
+        if node.op in _NEAR_ONE:
             one = self._entry(1.0)
-            return _NEAR_ONE[op][1].format(x=given[0], u=f"{self.names[node]}u", one=one)
-        if op in _SIGNS:
-            return f"{given[0]} {_SIGNS[op]} {given[1]}"
-        if op in _EXTREME:
-            return f"!({given[0]} {_EXTREME[op]} {given[1]}) ? {given[0]} : {given[1]}"
-        if op == "where":
-            return f"{given[0]} ? {given[1]} : {given[2]}"
-        if op in {"negative", "not"}:
-            return f"{'-' if op == 'negative' else '!'}{given[0]}"
-        return f"::{_NAMES.get(op, op)}({', '.join(given)})"
+            return _NEAR_ONE[node.op][1].format(x=given[0], u=f"{self.names[node]}u", one=one)
+        return _operation(node.op, given)
 
     def _looked_up(self, row: Node, table: Table, column: int) -> str:
         """Return a number of a table; an index beyond it, or none, is that of the nearest row."""
@@ -156,6 +149,18 @@ class _Text:
     def _entry(self, value: Any) -> str:
         """Return a node or a number as it stands in the text."""
         return self.names[value] if isinstance(value, Node) else literal(value, self._type)
+
+
+def _operation(op: str, given: Sequence[str]) -> str:
+    if op in _SIGNS:
+        return f"{given[0]} {_SIGNS[op]} {given[1]}"
+    if op in _EXTREME:
+        return f"!({given[0]} {_EXTREME[op]} {given[1]}) ? {given[0]} : {given[1]}"
+    if op == "where":
+        return f"{given[0]} ? {given[1]} : {given[2]}"
+    if op in {"negative", "not"}:
+        return f"{'-' if op == 'negative' else '!'}{given[0]}"
+    return f"::{_NAMES.get(op, op)}({', '.join(given)})"
 
 
 def literal(value: float, number: str) -> str:

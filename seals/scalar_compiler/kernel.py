@@ -15,12 +15,12 @@ import numpy as np
 from seals.arrays import Floats, undecided
 from seals.caches import cache_folder, keep, kept
 from seals.errors import ConfigError, MissingExtra, line_in_law, optional_import
-from seals.world.scalar_compiler.graph import Node, given
-from seals.world.scalar_compiler.llvm import text_of
-from seals.world.scalar_compiler.traced import Traced, constant
+from seals.scalar_compiler.graph import Node, given
+from seals.scalar_compiler.llvm import text_of
+from seals.scalar_compiler.traced import Traced, constant
 
 _FLOAT = np.dtype(np.float64)
-_FOLLOWERS = ("numpy", "seals.world.scalar_compiler", "seals.arrays", "array_api")
+_FOLLOWERS = ("numpy", "seals.scalar_compiler", "seals.arrays", "array_api")
 
 
 REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
@@ -57,7 +57,7 @@ class Kernel:
         code: the engine that holds it, and the address of the function.
         shapes: of the arguments.
         results: of the law, numbers and nodes.
-        work: memory for what it keeps meanwhile, see `seals.world.scalar_compiler.llvm.Text`.
+        work: memory for what it keeps meanwhile, see `seals.scalar_compiler.llvm.Text`.
 
     Attributes:
         address: of the function.

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.world.scalar_compiler.kernel import Kernel, written
+from seals.scalar_compiler.kernel import Kernel, written
 
 _COPY = "llvm.memcpy.p0.p0.i64"
 

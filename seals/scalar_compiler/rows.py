@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, Floats
-from seals.world.scalar_compiler.graph import Node
-from seals.world.scalar_compiler.kernel import View, followed, written
-from seals.world.scalar_compiler.llvm import text_of
+from seals.scalar_compiler.graph import Node
+from seals.scalar_compiler.kernel import View, followed, written
+from seals.scalar_compiler.llvm import text_of
 
 LEAST = 16
 """Rows that are worth a thread: the work of a tenth of a millisecond."""
@@ -51,7 +51,7 @@ class RowKernel:
         shapes: of its arguments for one row.
 
     Raises:
-        CannotCompile: see `seals.world.scalar_compiler.compiled`.
+        CannotCompile: see `seals.scalar_compiler.compiled`.
 
     Example:
         >>> double = RowKernel(lambda x: [x + x], [(1, 2)])

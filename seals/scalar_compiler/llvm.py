@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Floats
-from seals.world.scalar_compiler.graph import Node, Table, needed
+from seals.scalar_compiler.graph import Node, Table, needed
 
 PIECE = 1500
 """Operations of one function: the time to compile one grows faster than its length."""
