@@ -25,7 +25,6 @@ class Case(NamedTuple):
     varied: float
     repeats: int
     steps: int
-    fused: bool = False
 
 
 def built(case: Case) -> Any:
@@ -38,8 +37,7 @@ def built(case: Case) -> Any:
     from seals.learn.environments.posterior import drawn_parameters
 
     torch.set_num_threads(1)
-    fused = f"backend.fused={'true' if case.fused else 'false'}"
-    config = compose([*WORDS, fused], root="learn")
+    config = compose(WORDS, root="learn")
     values = None
     if case.varied:
         settings, _ = build_learning(config)
@@ -87,15 +85,13 @@ def main() -> None:
     parser.add_argument("--count", type=int, nargs="+", default=[1024], help="environments at once")
     parser.add_argument("--processes", type=int, default=1, help="at the same time, on a processor")
     parser.add_argument("--varied", type=float, default=0.0, help="spread of the parameters")
-    parser.add_argument("--fused", action="store_true", help="joined by PyTorch's compiler")
     parser.add_argument("--repeats", type=int, default=5, help="blocks of each case")
     parser.add_argument("--steps", type=int, default=20, help="control steps of a block")
     chosen = parser.parse_args()
     print(machine.describe())
     print(f"{'environments':>12} {'control steps/s':>16} {'lowest':>11} {'highest':>11}")
     for count in chosen.count:
-        chosen_case = (count, chosen.device, chosen.varied, chosen.repeats, chosen.steps)
-        case = Case(*chosen_case, chosen.fused)
+        case = Case(count, chosen.device, chosen.varied, chosen.repeats, chosen.steps)
         speed = together(case, chosen.processes)
         print(f"{count:12d} {speed[0]:16.0f} {speed[1]:11.0f} {speed[2]:11.0f}", flush=True)
 

@@ -36,7 +36,7 @@ THIN = 0.035
 States = dict[str, np.ndarray]
 
 
-def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
+def flown(medium: str, device: str, count: int) -> States:
     """Return the states of a controlled batch after a second of equal actions."""
     import torch
 
@@ -49,8 +49,7 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
         for name in ("start", "target")
         for side, corner in (("low", low), ("high", high))
     ]
-    words = [*WORDS, *boxes, f"backend.fused={'true' if fused else 'false'}"]
-    environment = batched_of(compose(words, root="learn"), count=count, device=device)
+    environment = batched_of(compose([*WORDS, *boxes], root="learn"), count=count, device=device)
     environment.reset(list(range(count)))
     draw = torch.Generator().manual_seed(0)
     for _ in range(SECOND):
@@ -59,7 +58,7 @@ def flown(medium: str, device: str, count: int, *, fused: bool) -> States:
     return numbers(environment.now, ("position", "rotation", "velocity", "angular_velocity"))
 
 
-def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
+def drifted(medium: str, like: Any, count: int) -> States:
     """Return the states of a batch after a second of constant rotor speeds."""
     from seals.arrays import as_like
     from seals.batch import BatchDynamics
@@ -79,7 +78,7 @@ def drifted(medium: str, like: Any, count: int, *, fused: bool) -> States:
     )
     whole, held = hold(robot, effects, task.posture.tolist())
     parts = (whole, held, settings.environment, settings.wave)
-    twin = BatchDynamics(*parts, batch=count, like=like, fused=fused)
+    twin = BatchDynamics(*parts, batch=count, like=like)
     rng = np.random.default_rng(0)
     low, high = MEDIA[medium]
     state = twin.start(
@@ -132,23 +131,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--device", default="cpu", help="cpu or cuda")
     parser.add_argument("--count", type=int, default=1000, help="starts of each medium")
-    parser.add_argument("--fused", action="store_true", help="joined by PyTorch's compiler")
     parser.add_argument("--held", action="store_true", help="rotor speeds stay, no controller")
     parser.add_argument("--media", nargs="+", default=list(MEDIA), choices=list(MEDIA))
     given = parser.parse_args()
-    if given.device == "cpu" and not (given.fused or given.held):
-        parser.error("on a processor environments compute in double precision: say --fused")
+    if given.device == "cpu" and not given.held:
+        parser.error("on a processor environments compute in double precision: say --held")
     print(machine.describe())
     print(
         f"{'after 1 s, relative':20} {'part':>10} {'median':>9} {'99 %':>9} {'largest':>9} > 1e-4"
     )
     for medium in given.media:
         if given.held:
-            exact = drifted(medium, np.zeros(1), given.count, fused=False)
-            other = drifted(medium, single(given.device), given.count, fused=given.fused)
+            exact = drifted(medium, np.zeros(1), given.count)
+            other = drifted(medium, single(given.device), given.count)
         else:
-            exact = flown(medium, "cpu", given.count, fused=False)
-            other = flown(medium, given.device, given.count, fused=given.fused)
+            exact = flown(medium, "cpu", given.count)
+            other = flown(medium, given.device, given.count)
         for part, gap in apart(exact, other).items():
             median, most = np.quantile(gap, [0.5, 0.99])
             beyond = int((gap > WIDE).sum())

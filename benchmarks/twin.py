@@ -30,7 +30,7 @@ def like_of(device: str | None, *, single: bool) -> Any:
     return torch.zeros(1, dtype=torch.float32 if single else torch.float64, device=device)
 
 
-def vehicles(kind: str, batch: int, like: Any, *, fused: bool) -> tuple[Any, Any]:
+def vehicles(kind: str, batch: int, like: Any) -> tuple[Any, Any]:
     """Return rigid vehicles with eight effects that cross the surface, and their states."""
     import numpy as np
     import scene
@@ -40,7 +40,7 @@ def vehicles(kind: str, batch: int, like: Any, *, fused: bool) -> tuple[Any, Any
     with tempfile.TemporaryDirectory() as folder:
         robot = scene.vehicle(Path(folder), kind, HULLS[kind], MASSES[kind])
         settings = scene.settings(robot, scene.effects(added_mass=True), height=0.0)
-        twin, _ = build_twin(settings, batch=batch, like=like, fused=fused)
+        twin, _ = build_twin(settings, batch=batch, like=like)
     rng = np.random.default_rng(0)
     return twin, twin.start(
         position=rng.normal(size=(batch, 3)) * [1.0, 1.0, 0.02],
@@ -54,7 +54,7 @@ def speed_of(kind: str, chosen: Any) -> tuple[float, float, float]:
     """Return median, lowest and highest body-steps a second."""
     batch, device = chosen.batch, chosen.torch
     like = like_of(device, single=chosen.single)
-    twin, start = vehicles(kind, batch, like, fused=chosen.fused)
+    twin, start = vehicles(kind, batch, like)
     fly = recorded(twin, start) if device == "cuda" else None
 
     def block() -> float:
@@ -102,16 +102,15 @@ def main() -> None:
         "--torch", metavar="DEVICE", nargs="?", const="cpu", help="use PyTorch on cpu or cuda"
     )
     parser.add_argument("--single", action="store_true", help="with PyTorch: float32")
-    parser.add_argument("--fused", action="store_true", help="with PyTorch: by its compiler")
     parser.add_argument("--hulls", nargs="+", default=list(HULLS), choices=HULLS)
     parser.add_argument("--batch", type=int, default=1000, help="bodies at once")
     parser.add_argument("--repeats", type=int, default=9, help="blocks of 20 steps of each case")
     chosen = parser.parse_args()
-    if chosen.torch is None and (chosen.fused or chosen.single):
-        parser.error("--fused and --single go with --torch")
+    if chosen.torch is None and chosen.single:
+        parser.error("--single goes with --torch")
     print(machine.describe())
     library = "NumPy" if chosen.torch is None else f"PyTorch on {chosen.torch}"
-    library += ", float32" * chosen.single + ", fused" * chosen.fused
+    library += ", float32" * chosen.single
     title = f"twin, {library}, batch {chosen.batch}"
     print(f"{title:34} {'body-steps/s':>13} {'lowest':>9} {'highest':>9}")
     for kind in chosen.hulls:

@@ -121,6 +121,11 @@ class DeviceLaw:
         return DeviceRowKernel(law, shapes, self._like)
 
 
+def by_component(nest: Any) -> Any:
+    """Return nested tensors in the memory layout of kernels, which they otherwise copy them to."""
+    return mapped(nest, lambda x: _turned(_turned(x).contiguous()))
+
+
 def source_of(
     results: Sequence[Any], shapes: Sequence[tuple[int, ...]], number: str
 ) -> tuple[str, list[Any]]:

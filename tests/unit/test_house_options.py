@@ -28,7 +28,6 @@ ALLOWED = {
     "seals/sysid/experiment_design/scene.py": 1,
     "seals/sysid/validation/writing.py": 1,
     "seals/teleop/application.py": 1,
-    "seals/tensor_compiler/tracing.py": 2,
     "seals/testing/declaration.py": 1,
     "seals/testing/hooks.py": 2,
     "seals/untrusted_io.py": 5,

@@ -82,10 +82,10 @@ def test_a_learner_is_shown_them_by_name(tmp_path: Path) -> None:
 
 
 def test_how_twins_are_computed_is_no_part_of_their_world() -> None:
-    """Compiled twins are of the same world; those of another water are not."""
-    plain, fused, other = (
+    """Twins in double precision are of the same world; those of another water are not."""
+    plain, double, other = (
         world_hash(compose(["env=reach", *words], root="learn"))
-        for words in ([], ["backend.fused=true"], ["effects.water_drag.coefficient_x=20"])
+        for words in ([], ["backend.double=true"], ["effects.water_drag.coefficient_x=20"])
     )
-    assert plain == fused
+    assert plain == double
     assert plain != other

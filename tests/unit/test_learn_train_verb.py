@@ -216,25 +216,3 @@ def test_a_training_from_the_command_line(
     best = max(rows, key=lambda row: (float(row["success"]), float(row["return"])))
     assert metadata["step"] == int(best["step"])
     assert not (run / FILE).exists()
-
-
-@pytest.mark.slow
-def test_twins_of_a_training_can_be_compiled(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """It says that this takes a while; the evaluations, of another count, fly as ever."""
-    pytest.importorskip("tensordict", reason="the extra learn is not installed")
-    graphs = []
-
-    def compiled(graph: Any, given: Any) -> Any:
-        graphs.append(graph)
-        return graph
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("seals.tensor_compiler.fused.compiled", compiled)
-    words = ["env=reach", "backend.fused=true", *TINY, "hydra.run.dir=here"]
-    assert main(["train", "learner=sac", *words]) == 0
-    assert "the first step compiles the twins" in capsys.readouterr().err
-    assert json.loads((tmp_path / "here" / "run.json").read_text())["state"] == "done"
-    # a round of the search, the controller, the rates, the control step: once each
-    assert len(graphs) == 4

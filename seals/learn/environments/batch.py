@@ -17,7 +17,8 @@ from seals.learn.environments.simulator import BatchSimulator, FrameCallback
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied, is_tensor, mapped
-from seals.scalar_compiler.device_rows import DeviceLaw
+from seals.scalar_compiler import CannotCompile
+from seals.scalar_compiler.device_rows import DeviceLaw, by_component
 from seals.sound_numbers import refuse_not_finite
 
 if TYPE_CHECKING:
@@ -170,7 +171,8 @@ class Environments:
                 if self._recorded is None:
                     from seals.learn.recorded import Recorded
 
-                    self._recorded = Recorded(self._advance, self._scene, asked, self._generator)
+                    held = by_component((self._scene, asked))
+                    self._recorded = Recorded(self._advance, *held, self._generator)
                 found, self.reached = self._recorded(asked)
                 self._scene = self._recorded.state
             callback = self.simulator.frame_callback
@@ -202,12 +204,19 @@ class Environments:
 
     def _advance(self, scene: Scene, asked: Array) -> tuple[Scene, tuple[StepResult, Instant]]:
         """One control step of all environments, with random numbers for the episodes that begin."""
-        if self._device_law is None:
+        if not self._alone:
             return self._law(scene, asked, None)
         fresh = self._starts.picked(self._starts.chances(self.count, self._generator))
-        found: tuple[Scene, tuple[StepResult, Instant]] = self._device_law(
-            self.simulator.values, scene, fresh, asked
-        )
+        if self._device_law is None:
+            return self._law(scene, asked, fresh)
+        try:
+            found: tuple[Scene, tuple[StepResult, Instant]] = self._device_law(
+                self.simulator.values, scene, fresh, asked
+            )
+        except CannotCompile:
+            # operation by operation, as any law on tensors
+            self._device_law = None
+            return self._law(scene, asked, fresh)
         return found
 
     def _law_of_one(
