@@ -99,7 +99,7 @@ class _Text:
         held = {}
         for node in mine:
             k = node.args[1]
-            kind, first = "bool" if node.logical else self._type, self._entry(loop.first[k])
+            kind, first = self._kind(node), self._entry(loop.first[k], node.wide)
             if loop.last[k] is node:
                 self.names[node] = first
                 continue
@@ -121,20 +121,27 @@ class _Text:
 
     def _statement(self, node: Node) -> Iterator[str]:
         name = self.names[node] = f"v{len(self.names)}"
-        kind = "bool" if node.logical else self._type
+        kind = self._kind(node)
         if node.op in _NEAR_ONE:
-            first = _NEAR_ONE[node.op][0].format(self._entry(node.args[0]), one=self._entry(1.0))
-            yield f"const {self._type} {name}u = {first};"
+            one = self._entry(1.0, node.wide)
+            first = _NEAR_ONE[node.op][0].format(self._entry(node.args[0]), one=one)
+            yield f"const {kind} {name}u = {first};"
         yield f"const {kind} {name} = {self._expression(node)};"
+
+    def _kind(self, node: Node) -> str:
+        return "bool" if node.logical else "double" if node.wide else self._type
 
     def _expression(self, node: Node) -> str:
         if node.op == "input":
             return self._read.format(node.args[0])
         if node.op == "look_up":
             return self._looked_up(*node.args)
-        given = [self._entry(x) for x in node.args]
+        wide = any(isinstance(x, Node) and x.wide for x in node.args) and node.op != "narrow"
+        given = [self._entry(x, wide) for x in node.args]
+        if node.op in {"widen", "narrow"}:
+            return f"({self._kind(node)}){given[0]}"
         if node.op in _NEAR_ONE:
-            one = self._entry(1.0)
+            one = self._entry(1.0, wide)
             return _NEAR_ONE[node.op][1].format(x=given[0], u=f"{self.names[node]}u", one=one)
         return _operation(node.op, given)
 
@@ -146,9 +153,10 @@ class _Text:
         nearest = f"({above} < {last} ? {above} : {last})"
         return f"table{self._tables[table]}[(int){nearest} * {table.columns} + {column}]"
 
-    def _entry(self, value: Any) -> str:
+    def _entry(self, value: Any, wide: bool = False) -> str:
         """Return a node or a number as it stands in the text."""
-        return self.names[value] if isinstance(value, Node) else literal(value, self._type)
+        kind = "double" if wide else self._type
+        return self.names[value] if isinstance(value, Node) else literal(value, kind)
 
 
 def _operation(op: str, given: Sequence[str]) -> str:

@@ -45,7 +45,7 @@ class DeviceRowKernel:
         self, law: Callable[..., Sequence[Array]], shapes: Sequence[tuple[int, ...]], like: Tensor
     ) -> None:
         with looping(functions.loop):
-            results = followed(law, shapes)
+            results = followed(law, shapes, single=_kind(like) == "float")
         self._shapes = [tuple(shape) for shape in shapes]
         self._results, self._like = results, like
         self.text, tables = source_of(results, self._shapes, _kind(like))

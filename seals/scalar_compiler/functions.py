@@ -15,10 +15,10 @@ import numpy as np
 
 from seals.multibody.linear import solve_symmetric
 from seals.pytree import leaves, mapped
-from seals.scalar_compiler.graph import ELEMENTWISE, Loop, Node, Table
+from seals.scalar_compiler.graph import ELEMENTWISE, Loop, Node, Table, given, narrow, widen
 from seals.scalar_compiler.traced import Traced, constant, elementwise
 
-float64, int64 = np.dtype(np.float64), np.dtype(np.int64)
+float32, float64, int64 = np.dtype(np.float32), np.dtype(np.float64), np.dtype(np.int64)
 
 globals().update({name: elementwise(name) for name in ELEMENTWISE})
 globals()["abs"] = globals()["absolute"]
@@ -31,9 +31,11 @@ def asarray(value: Any, *, dtype: Any = None, device: Any = None, copy: Any = No
 
 
 def astype(x: Traced, dtype: Any, *, copy: bool = True) -> Traced:
-    """Return conditions as numbers; numbers as they are."""
-    if x.dtype == np.bool_ and dtype == np.float64:
-        return _where(x, 1.0, 0.0)
+    """Return conditions as numbers, and numbers in another precision."""
+    if x.dtype == np.bool_ and dtype in {float32, float64}:
+        x = _where(x, 1.0, 0.0)
+    if dtype in {float32, float64}:
+        return Traced(np.frompyfunc(widen if dtype == float64 else narrow, 1, 1)(x.entries))
     return x
 
 
@@ -129,32 +131,39 @@ def loop(
     graph = next((x.graph for x in first if isinstance(x, Node)), None)
     if graph is None:
         return functools.reduce(lambda held, _: law(held), range(count), state)
-    moving = [isinstance(entry, Node) for entry in first]
+    # what a carried entry is like: itself before the first pass, or after one
+    kinds = list(first)
     while True:
         whole = Loop(count, first)
-        kinds = [x.logical if isinstance(x, Node) else isinstance(x, bool) for x in first]
         carried = [
-            whole.node("carried", k, graph, logical=kinds[k]) if moves else first[k]
-            for k, moves in enumerate(moving)
+            whole.node("carried", k, like) if isinstance(like, Node) else like
+            for k, like in enumerate(kinds)
         ]
         after = law(_refilled(state, arrays, carried))
         whole.last = [entry for x in leaves(after) for entry in constant(x).entries.flat]
-        changed = [
-            not moves and (isinstance(entry, Node) or repr(entry) != repr(first[k]))
-            for k, (moves, entry) in enumerate(zip(moving, whole.last, strict=True))
+        wrong = [
+            k
+            for k, (like, entry) in enumerate(zip(carried, whole.last, strict=True))
+            if _moves(like, entry)
         ]
-        if True not in changed:
+        if not wrong:
             break
-        moving = [a or b for a, b in zip(moving, changed, strict=True)]
+        for k in wrong:
+            kinds[k] = whole.last[k] if isinstance(whole.last[k], Node) else given(-1, graph)
     if done is not None:
         whole.done = constant(done(after)).entries.item()
     results = [
-        first[k]
-        if not moves or whole.last[k] is carried[k]
-        else whole.node("looped", k, graph, logical=kinds[k])
-        for k, moves in enumerate(moving)
+        first[k] if entry is like else whole.node("looped", k, like)
+        for k, (like, entry) in enumerate(zip(carried, whole.last, strict=True))
     ]
     return _refilled(after, [constant(x) for x in leaves(after)], results)
+
+
+def _moves(entry: Any, after: Any) -> bool:
+    """Return whether a pass made of a number another one, or of an entry a more precise one."""
+    if isinstance(entry, Node):
+        return isinstance(after, Node) and after.wide and not entry.wide
+    return isinstance(after, Node) or repr(after) != repr(entry)
 
 
 def _refilled(nest: Any, like: Sequence[Traced], entries: Sequence[Any]) -> Any:

@@ -22,14 +22,18 @@ class Node:
         args: nodes and numbers; the index of an input.
         graph: all nodes of the law by what they do.
         logical: whether it is true or false.
+
+    Attributes:
+        wide: whether it is in double precision where the rest of the law is not, see `widen`.
     """
 
-    __slots__ = ("args", "graph", "logical", "number", "op")
+    __slots__ = ("args", "graph", "logical", "number", "op", "wide")
 
     def __init__(
         self, op: str, args: tuple[Any, ...], graph: dict[Any, Node], *, logical: bool
     ) -> None:
         self.op, self.args, self.graph, self.logical = op, args, graph, logical
+        self.wide = op == "widen" or (op != "narrow" and any(x.wide for x in self.sources()))
         self.number = next(_NUMBER)
 
     def __bool__(self) -> bool:
@@ -103,10 +107,10 @@ class Loop:
     def __repr__(self) -> str:
         return f"loop {id(self)}"
 
-    def node(self, op: str, k: int, graph: dict[Any, Node], *, logical: bool) -> Node:
-        """Return the node of an entry in a pass, or after all of them."""
-        found = _node(op, (self, k), graph)
-        found.logical = logical
+    def node(self, op: str, k: int, like: Node) -> Node:
+        """Return the node of an entry in a pass, or after all of them, of the kind of another."""
+        found = _node(op, (self, k), like.graph)
+        found.logical, found.wide = like.logical, like.wide
         return found
 
 
@@ -143,6 +147,22 @@ def _in_order(a: Entry, b: Entry) -> tuple[Entry, Entry]:
     if isinstance(a, Node) and isinstance(b, Node) and a.number > b.number:
         return b, a
     return (a, b) if isinstance(a, Node) else (b, a)
+
+
+SINGLE = "single"
+"""Key of a graph whose numbers are in single precision."""
+
+
+def widen(a: Entry) -> Entry:
+    """Return an entry in double precision; what is worked out from it is, too."""
+    if not isinstance(a, Node) or a.wide or a.logical or SINGLE not in a.graph:
+        return a
+    return _of("widen", a)
+
+
+def narrow(a: Entry) -> Entry:
+    """Return an entry in the precision of the law."""
+    return _of("narrow", a) if isinstance(a, Node) and a.wide and not a.logical else a
 
 
 def add(a: Entry, b: Entry) -> Entry:

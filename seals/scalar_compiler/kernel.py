@@ -15,7 +15,7 @@ import numpy as np
 from seals.arrays import Floats, undecided
 from seals.caches import cache_folder, keep, kept
 from seals.errors import ConfigError, MissingExtra, line_in_law, optional_import
-from seals.scalar_compiler.graph import Node, given
+from seals.scalar_compiler.graph import SINGLE, Node, given
 from seals.scalar_compiler.llvm import text_of
 from seals.scalar_compiler.traced import Traced, constant
 
@@ -155,17 +155,23 @@ def written(text: str, name: str) -> tuple[Any, int]:
         raise CannotCompile(str(problem)) from problem
 
 
-def followed(law: Callable[..., Sequence[Any]], shapes: Sequence[tuple[int, ...]]) -> list[Traced]:
+def followed(
+    law: Callable[..., Sequence[Any]],
+    shapes: Sequence[tuple[int, ...]],
+    *,
+    single: bool = False,
+) -> list[Traced]:
     """Follow a law on the array API for arguments of some shapes, whose entries are numbered.
 
     Args:
         law: pure, of arrays; it returns arrays.
         shapes: of its arguments.
+        single: whether numbers are in single precision, but where the law asks for more.
 
     Raises:
         CannotCompile: the law asks for a number to decide what it does, or for what only NumPy has.
     """
-    graph: dict[Any, Node] = {}
+    graph: dict[Any, Any] = {SINGLE: True} if single else {}
     numbers = iter(range(sum(_size(s) for s in shapes)))
     traced = [
         Traced(np.array([given(next(numbers), graph) for _ in range(_size(s))], dtype=object))

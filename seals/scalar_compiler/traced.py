@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.scalar_compiler.graph import ELEMENTWISE, Node
+from seals.scalar_compiler.graph import ELEMENTWISE, SINGLE, Node
 
 Entries = NDArray[np.object_]
 
@@ -77,8 +77,11 @@ class Traced:
     def dtype(self) -> Any:
         """Return the type of the entries."""
         first = self.entries.flat[0] if self.entries.size else 0.0
-        logical = first.logical if isinstance(first, Node) else isinstance(first, bool)
-        return np.dtype(np.bool_ if logical else np.float64)
+        if not isinstance(first, Node):
+            return np.dtype(np.bool_ if isinstance(first, bool) else np.float64)
+        if first.logical:
+            return np.dtype(np.bool_)
+        return np.dtype(np.float32 if SINGLE in first.graph and not first.wide else np.float64)
 
     @property
     def T(self) -> Traced:
