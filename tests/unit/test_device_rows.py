@@ -1,4 +1,4 @@
-"""Kernels of an accelerator give the numbers of NumPy: laws, loops, batch dynamics, environments."""
+"""Kernels of an accelerator give the numbers of NumPy: laws, loops, batches, environments."""
 
 from __future__ import annotations
 
