@@ -24,6 +24,8 @@ THREADS = 128
 """Threads of a block."""
 OPTIONS = ["--prec-div=false", "--prec-sqrt=false", "--ftz=true"]
 """Of the compiler: quotients and roots in single precision within 2 units of the last place."""
+LONGEST = 200_000
+"""Statements of a kernel that a compiler takes in a minute or two; a manipulator has 20,000."""
 
 
 class DeviceRowKernel:
@@ -52,21 +54,23 @@ class DeviceRowKernel:
         self._results, self._like = results, like
         self.text, tables = source_of(results, self._shapes, _kind(like))
         self._tables = [like.new_tensor(table.values.ravel()) for table in tables]
-        self._kernel = _compiled(self.text)
+        with _device_of(like):
+            self._kernel = _compiled(self.text)
         self._same: dict[tuple[int, int], Tensor] = {}
 
     def __call__(self, given: Sequence[Tensor]) -> list[Tensor]:
         """Return the results for tensors of N rows."""
         rows = len(given[0]) // self._shapes[0][0]
-        held = [_turned(x).contiguous() for x in given]
+        held = [_turned(x.to(self._like.dtype)).contiguous() for x in given]
         out = [self._memory(k, rows) for k in range(len(self._results))]
         written = [x for x, r in zip(out, self._results, strict=True) if r.numbers is None]
         blocks = -(-rows // THREADS)
-        self._kernel(
-            grid=(blocks, 1, 1),
-            block=(THREADS, 1, 1),
-            args=[*self._tables, *held, *written, rows],
-        )
+        with _device_of(self._like):
+            self._kernel(
+                grid=(blocks, 1, 1),
+                block=(THREADS, 1, 1),
+                args=[*self._tables, *held, *written, rows],
+            )
         return [_turned(x) for x in out]
 
     def _memory(self, k: int, rows: int) -> Tensor:
@@ -149,6 +153,8 @@ def source_of(
     reads = [place for k, shape in enumerate(shapes) for place in _places(shape, f"a{k}")]
     tables = tables_of_graph(entries)
     lines = statements_of(entries, "IN{}", "OUT{}", number=number)
+    if len(lines) > LONGEST:
+        raise CannotCompile(f"a kernel of {len(lines)} statements would take too long to compile")
     heads = [f"#define IN{k} {place}" for k, place in enumerate(reads)]
     heads += [f"#define OUT{k} {place}" for k, place in enumerate(writes)]
     # results that are numbers in an array of others
@@ -188,6 +194,13 @@ def _places(shape: Sequence[int], name: str) -> list[str]:
 def _turned(x: Tensor) -> Tensor:
     """Return a view with the axes in reversed order."""
     return x.permute(*range(x.ndim - 1, -1, -1))
+
+
+def _device_of(like: Tensor) -> contextlib.AbstractContextManager[Any]:
+    """Return a context in which a tensor's accelerator, one of several, is the present one."""
+    import torch
+
+    return torch.cuda.device(like.device) if like.is_cuda else contextlib.nullcontext()
 
 
 def _kind(like: Tensor) -> str:
