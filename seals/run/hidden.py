@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from seals.errors import ConfigError, suggestion
+from seals.registry import get
 
 WAVES = "waves"
 """Name under which the waves of a run are hidden."""
@@ -34,13 +35,13 @@ def hide(
     change: dict[str, Any] = {}
     for name in names:
         own = {str(e.get("instance", e["name"])) for e in effects if _means(e, name)}
-        if name == WAVES and wave is not None:
+        if name == WAVES and _waves(wave):
             change = {"wave": None}
         elif not own:
             known = [str(e.get("instance", e["name"])) for e in effects]
             raise ConfigError(
                 f"{key}={name}: there is no such effect in the stated model.\n"
-                f"{suggestion(name, [*known, *([WAVES] if wave is not None else [])])}"
+                f"{suggestion(name, [*known, *([WAVES] if _waves(wave) else [])])}"
             )
         found |= own
     return found, change
@@ -48,7 +49,14 @@ def hide(
 
 def holds(name: str, effects: Sequence[Mapping[str, Any]], wave: Any) -> bool:
     """Return whether a stated model holds an effect, or waves, of a name; see `hide`."""
-    return any(_means(e, name) for e in effects) or (name == WAVES and wave is not None)
+    return any(_means(e, name) for e in effects) or (name == WAVES and _waves(wave))
+
+
+def _waves(wave: Any) -> bool:
+    """Return whether waves, or their entry, are other than still water."""
+    if isinstance(wave, Mapping):
+        return wave.get("wave") != "still"
+    return wave is not None and type(wave) is not get("wave", "still").load()
 
 
 def _means(entry: Mapping[str, Any], name: str) -> bool:

@@ -73,6 +73,13 @@ def test_what_is_not_there_cannot_be_hidden(name: str) -> None:
     assert "drift" in str(refusal.value)
 
 
+def test_still_water_has_no_waves_to_hide() -> None:
+    """They would be listed as hidden, and a diagnosis would look for them."""
+    assert hide(["waves"], ENTRIES, {"wave": "airy"}) == (set(), {"wave": None})
+    with pytest.raises(ConfigError, match="hide=waves.*no such effect"):
+        hide(["waves"], ENTRIES, {"wave": "still"})
+
+
 def test_a_robot_beside_its_run_keeps_what_the_run_lists(tmp_path: Path) -> None:
     """``robot=`` lifts the links of an arm as the run's own folder does."""
     words = ["robot=free_arm", "water=fossen", "initial.position=[0,0,-2]", "time.duration=0.1"]
