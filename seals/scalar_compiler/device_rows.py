@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 THREADS = 128
 """Threads of a block."""
-OPTIONS = ["--prec-div=false", "--prec-sqrt=false", "--ftz=true"]
-"""Of the compiler: quotients and roots in single precision within 2 units of the last place."""
 LONGEST = 200_000
 """Statements of a kernel that a compiler takes in a minute or two; a manipulator has 20,000."""
 
@@ -224,12 +222,12 @@ def _compiled(text: str) -> Any:
             f"PyTorch {torch.__version__} compiles no kernels.\nInstall torch>=2.9 for CUDA"
         ) from problem
     capability = "".join(map(str, torch.cuda.get_device_capability()))
-    key = hashlib.sha256(f"{torch.version.cuda} {capability} {OPTIONS} {text}".encode()).hexdigest()
+    key = hashlib.sha256(f"{torch.version.cuda} {capability} {text}".encode()).hexdigest()
     place = cache_folder("kernels") / f"{key}.cubin"
     code = kept(place)
     if code is None:
         try:
-            code = bytes(compile_text(text, "rows", capability, None, OPTIONS)[0])
+            code = bytes(compile_text(text, "rows", capability)[0])
         except RuntimeError as problem:
             raise CannotCompile(f"the kernel was refused: {problem}") from problem
         with contextlib.suppress(OSError):  # compiled anew the next time
