@@ -101,7 +101,7 @@ SEEN = ("frames", "ball")
 """Keys that mean nothing to a robot without cameras."""
 
 
-FREE_OF_BACKEND = ("fused", "compiled")
+FREE_OF_BACKEND = ("compiled",)
 """Keys of a backend that leave the world as it is."""
 _LEG: dict[str, Any] = {"stance": []}
 """What the settings of a leg got later."""

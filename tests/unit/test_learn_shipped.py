@@ -81,11 +81,11 @@ def test_a_learner_is_shown_them_by_name(tmp_path: Path) -> None:
     assert (tmp_path / "policy" / "policy.safetensors").is_file()
 
 
-def test_how_twins_are_computed_is_no_part_of_their_world() -> None:
-    """Twins in double precision are of the same world; those of another water are not."""
-    plain, double, other = (
-        world_hash(compose(["env=reach", *words], root="learn"))
-        for words in ([], ["backend.double=true"], ["effects.water_drag.coefficient_x=20"])
+def test_machine_code_is_no_part_of_a_world() -> None:
+    """A compiled world is the same; one of another water is not."""
+    plain, compiled, other = (
+        world_hash(compose(["env=reach", "backend=mujoco", *words], root="learn"))
+        for words in ([], ["backend.compiled=true"], ["effects.water_drag.coefficient_x=20"])
     )
-    assert plain == double
+    assert plain == compiled
     assert plain != other
