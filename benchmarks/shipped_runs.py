@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 MASS = {
     "aam": 2.6,
     "aam_dual_arm": 3.1,
+    "amphibian": 40.0,
     "auv": 9.2,
     "ball": 0.3,
     "boat": 24.0,
@@ -20,6 +21,7 @@ MASS = {
     "impactor": 0.51,
     "pendulum": 0.1,
     "rov": 13.5,
+    "rover": 1.0,
     "sea_spider": 0.024,
     "ship_section": 46.8,
     "slocum": 70.0,
@@ -29,6 +31,7 @@ MASS = {
 LENGTH = {
     "aam": 0.24,
     "aam_dual_arm": 0.24,
+    "amphibian": 0.22,
     "auv": 0.2,
     "ball": 0.05,
     "boat": 0.25,
@@ -42,6 +45,7 @@ LENGTH = {
     "impactor": 0.02,
     "pendulum": 0.1,
     "rov": 0.25,
+    "rover": 0.07,
     "sea_spider": 0.02,
     "ship_section": 0.2,
     "slocum": 0.4,
@@ -243,6 +247,8 @@ _ARMS = ("initial.joint_position=[1.55,0,0,-0.6,-0.6,-0.6,1.55,0,0,-0.6,-0.6,-0.
 _WALKED = ("guide=march", "environment.friction=0.8")
 _LIMBS = ("current", "payload", "centre_of_gravity", "accelerometer_bias", "gyroscope_bias")
 
+_DRIVEN = ("guide=los", "guide.speed=0.15", "guide.lookahead=0.2", "initial.position=[0,0,0.033]")
+
 SCENES = (
     _dived("auv", (), speed=0.8),
     _dived("rov", (), speed=0.4),
@@ -360,6 +366,16 @@ SCENES = (
     ),
     _steered("torpedo", -3.0, ("initial.velocity=[1.5,0,0]", "guide.speed=1.5")),
     _steered("boat", 0.0, ("guide.speed=0.8",)),
+    _steered("amphibian", 0.054, ("guide.speed=0.8",)),
+    Scene(
+        robot="rover",
+        medium="land",
+        words=("robot=rover", "+sensor@sensors.imu=imu", "environment.ground_level=0.0", *_DRIVEN),
+        first=("guide.places=[[1,0,0],[1,1,0]]",),
+        second=("guide.places=[[1,0,0],[1,-1,0]]",),
+        # it never leaves the ground, whose forces a diagnosis does not model
+        effects=(),
+    ),
     Scene(
         robot="pendulum",
         medium="air",

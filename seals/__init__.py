@@ -1,8 +1,8 @@
 """SEALS: simulation of robots in air, in water and on land, and diagnosis of missing effects.
 
-The names below are the public interface: they keep their meaning between minor versions. Modules
-and names that are not listed here may move. A name is imported when it is first used, so
-``import seals`` costs little.
+The names below are part of the public interface, whose rule of stability stands on the page of the
+public names. Modules and names that are not listed here may move. A name is imported when it is
+first used, so ``import seals`` costs little.
 """
 
 from __future__ import annotations

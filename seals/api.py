@@ -87,6 +87,14 @@ def simulate(overrides: Sequence[str], out: str | Path) -> Log:
     Raises:
         ConfigError: an override is not allowed, or the folder is not empty.
         SealsError: the run failed; the steps before the failure have been written.
+
+    Example:
+        >>> from tempfile import TemporaryDirectory
+        >>> with TemporaryDirectory() as folder:  # doctest: +ELLIPSIS
+        ...     log = simulate(["robot=ball", "time.duration=0.02"], out=f"{folder}/fall")
+        run: simulated 0.02 s in ...
+        >>> round(float(log.time[-1]), 3)
+        0.02
     """
     from seals.config.compose import compose
     from seals.logs.native import read_native

@@ -38,6 +38,11 @@ def columns(*parts: Array) -> Array:
 
     Column-wise storage keeps every component contiguous, which makes broadcasting a scalar per row
     against a vector per row several times faster for large batches.
+
+    Example:
+        >>> columns(np.array([1.0, 2.0]), np.array([3.0, 4.0]))
+        array([[1., 3.],
+               [2., 4.]])
     """
     return namespace(*parts).stack(parts, axis=0).T
 

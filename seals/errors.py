@@ -15,6 +15,13 @@ class SealsError(Exception):
     """Base of all errors that a user can act upon.
 
     The command line prints it without a traceback.
+
+    Example:
+        >>> try:
+        ...     raise ConfigError("depth=-1 is not allowed; allowed: 0 or more")
+        ... except SealsError as error:
+        ...     error.exit_code
+        2
     """
 
     exit_code = 2

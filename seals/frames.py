@@ -133,6 +133,10 @@ def cross(a: Array, b: Array) -> Array:
 
     All nine products at once, then one small matrix product: a third of the calls of the textbook
     form.
+
+    Example:
+        >>> cross(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 2.0, 0.0]]))
+        array([[0., 0., 2.]])
     """
     if type(a) is np.ndarray and max(len(a), len(b)) >= MANY:
         return _components(a, b, np.empty((3, max(len(a), len(b)))).T)

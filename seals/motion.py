@@ -103,7 +103,13 @@ class Medium(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Joint coordinates, shape (N, J): position [m or rad], velocity [m/s or rad/s]."""
+    """Joint coordinates, shape (N, J): position [m or rad], velocity [m/s or rad/s].
+
+    Example:
+        >>> import numpy as np
+        >>> Joints(position=np.zeros((1, 2)), velocity=np.ones((1, 2))).velocity
+        array([[1., 1.]])
+    """
 
     position: Array
     velocity: Array
@@ -231,6 +237,11 @@ class Wrench(NamedTuple):
     Args:
         force: [N], shape (N, 3).
         torque: [N m], shape (N, 3).
+
+    Example:
+        >>> import numpy as np
+        >>> Wrench(force=np.array([[0.0, 0.0, 9.81]]), torque=None).force.shape
+        (1, 3)
     """
 
     force: Array | None

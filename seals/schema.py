@@ -127,6 +127,14 @@ def setting(
 
     Raises:
         ConfigError: the bounds are empty, or exclude the default.
+
+    Example:
+        >>> from dataclasses import dataclass
+        >>> @dataclass(kw_only=True)
+        ... class Gains:
+        ...     speed_gain: float = setting(2.5, "1/s", bounds=(0.0, 100.0), source="chosen")
+        >>> Gains().speed_gain
+        2.5
     """
     return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False, later=later)
 

@@ -75,10 +75,11 @@ from seals import MissingEffect, World, load_log, make
 ```
 
 **Stability.** These names, the command line (verbs, options, exit codes, names of plug-ins), the
-groups of entry points and the [file formats](../formats.md) are the public interface. Within one
-minor version they keep their meaning; a change is announced in the [changelog](../changelog.md),
-and the old name works for one more minor version. Every other module, class and function, even
-where a page shows it, may move or change without notice. `seals.__version__` is the version as
+groups of entry points and the [file formats](../formats.md) are the public interface. A patch
+version (the third number) keeps all of it. Until 1.0 a minor version (the second number) may change
+it, after 1.0 a major version alone; the [changelog](../changelog.md) lists each change with what to
+do. Every other module, class and function, even where a page shows it, may move or change without
+notice. `seals.__version__` is the version as
 text. A name is imported when it is first used: `import seals` loads no other module."""
 
 

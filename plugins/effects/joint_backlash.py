@@ -74,7 +74,7 @@ class JointBacklash(Effect):
 
     @classmethod
     def additions(cls, name: str, subject: Subject) -> list[Addition]:
-        """Return the candidates: backlash in each joint that a servo drives."""
+        """Return the candidates: backlash in each joint that a servo holds in its place."""
         if not subject.servo:
             return []
         kp, kd = subject.servo["kp"], subject.servo["kd"]
@@ -90,6 +90,7 @@ class JointBacklash(Effect):
                 order=(Stage.joints, k, 2),
             )
             for k in range(1, subject.robot.tree.joints + 1)
+            if kp[k - 1] > 0.0
         ]
 
     def constants(self) -> dict[str, Floats]:

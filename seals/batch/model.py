@@ -66,6 +66,12 @@ class BatchDynamics:
         <class 'seals.batch.model.BatchDynamics'>
     """
 
+    robot: RobotModel
+    batch: int
+    like: Any
+    effects: EffectSet
+    evaluator: Evaluator
+
     def __init__(
         self,
         robot: RobotModel,

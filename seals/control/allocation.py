@@ -47,6 +47,9 @@ class Allocation:
         full: whether the drives command all rows independently of each other.
     """
 
+    saturation: Saturation
+    full: bool
+
     def __init__(
         self,
         layout: Layout,

@@ -176,7 +176,11 @@ class ActuatorCommand(NamedTuple):
 
     Args:
         drive: of all drives, rotor speed [rad/s] or thruster force [N], shape (n,).
-        joints: values for the servos [rad or m], shape (J,).
+        joints: values for the servos [rad or m], speeds of driven wheels [rad/s], shape (J,).
+
+    Example:
+        >>> ActuatorCommand(drive=np.array([350.0] * 4), joints=np.zeros(2)).drive.shape
+        (4,)
     """
 
     drive: Floats
@@ -340,6 +344,10 @@ class Goal(NamedTuple):
         position: of the body origin, world [m], shape (3,).
         tolerance: distance within which it counts as reached [m].
         held: whether the robot is to be there at the end, and not only to pass.
+
+    Example:
+        >>> Goal("place 1", np.array([1.0, 0.0, 2.0]), tolerance=0.1).held
+        False
     """
 
     name: str

@@ -53,6 +53,24 @@ class EffectSet:
             are given in place of the state's; None for joints that move.
     """
 
+    bound: tuple[BoundEffect, ...]
+    flows: tuple[BoundEffect, ...]
+    inertias: tuple[BoundEffect, ...]
+    loads: tuple[BoundEffect, ...]
+    joint_loads: tuple[BoundEffect, ...]
+    joint_drives: tuple[BoundEffect, ...]
+    joint_resistances: tuple[BoundEffect, ...]
+    joint_others: tuple[BoundEffect, ...]
+    actuators: tuple[BoundEffect, ...]
+    actuations: tuple[BoundEffect, ...]
+    drive_loads: tuple[BoundEffect, ...]
+    batteries: tuple[BoundEffect, ...]
+    inertia_changes: tuple[BoundEffect, ...]
+    measures: tuple[BoundEffect, ...]
+    timings: tuple[BoundEffect, ...]
+    names: tuple[str, ...]
+    index: dict[str, int]
+
     def __init__(self, bound: Sequence[BoundEffect]) -> None:
         self.bound = tuple(bound)
         self._as_bound = True

@@ -64,6 +64,11 @@ class Kinematics:
         kept: terms of the equations of motion at these poses, where there are many.
     """
 
+    tree: Tree
+    origins: Array
+    rotations: Array
+    many: bool
+
     def __init__(self, tree: Tree, origins: Array, rotations: Array) -> None:
         self.tree, self.origins, self.rotations = tree, origins, rotations
         self._lead = 0 if tree.fixed_base else 6

@@ -83,6 +83,12 @@ class SceneView:
         SealsError: the renderer cannot draw here.
     """
 
+    renderer: Renderer
+    scene: Scene
+    poses: Callable[[], Poses]
+    optics: Optics
+    light: Light
+
     def __init__(
         self,
         renderer: Renderer,

@@ -23,8 +23,8 @@ from seals.run.settings import RunSettings
 from seals.untrusted_io import MOST_BYTES, read_bytes, read_json
 
 PACKAGES = (
-    *("numpy", "scipy", "pybullet", "mujoco", "taichi", "torch", "hydra-core", "pyarrow"),
-    "llvmlite",
+    *("numpy", "scipy", "pybullet", "mujoco", "torch", "hydra-core", "pyarrow"),
+    *("taichi", "quadrants", "llvmlite"),
 )
 """Packages whose version can change a result."""
 

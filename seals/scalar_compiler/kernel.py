@@ -7,6 +7,7 @@ import ctypes
 import functools
 import hashlib
 import itertools
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -23,6 +24,8 @@ _FLOAT = np.dtype(np.float64)
 _FOLLOWERS = ("numpy", "seals.scalar_compiler", "seals.arrays", "array_api")
 
 
+_LOADED: weakref.WeakValueDictionary[str, Any] = weakref.WeakValueDictionary()
+"""Engines that hold machine code at present, by the key of their text: equal robots share them."""
 REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError, ValueError)
 """What a law raises that asks for more than arrays of the array API can do."""
 
@@ -201,6 +204,9 @@ def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
 def _machine_code(text: str, name: str) -> tuple[Any, int]:
     llvm, machine = _target()
     key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
+    engine = _LOADED.get(key)
+    if engine is not None:
+        return engine, engine.get_function_address(name)
     place = cache_folder("kernels") / f"{key}.o"
     found = kept(place)
     if found is None:
@@ -212,6 +218,7 @@ def _machine_code(text: str, name: str) -> tuple[Any, int]:
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(found))
     engine.finalize_object()
+    _LOADED[key] = engine
     return engine, engine.get_function_address(name)
 
 

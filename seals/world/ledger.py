@@ -28,6 +28,10 @@ class Ledger:
         wrenches: [N, N m], shape (rows, effects, links, 6).
     """
 
+    effects: tuple[str, ...]
+    links: tuple[str, ...]
+    rows: int
+
     def __init__(self, effects: Sequence[str], links: Sequence[str], *, steps: int = 1024) -> None:
         self.effects, self.links = tuple(effects), tuple(links)
         self._index = {name: k for k, name in enumerate(effects)}

@@ -73,6 +73,15 @@ class World:
         rngs: random state of the sensors of each actor, by name.
     """
 
+    backend: Backend
+    actors: dict[str, Actor]
+    environment: EnvironmentSettings
+    step_size: float
+    fluid: Fluid | None
+    watch: SceneView | None
+    time: float
+    rngs: dict[str, np.random.Generator]
+
     def __init__(
         self,
         backend: Backend,

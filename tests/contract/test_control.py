@@ -17,7 +17,10 @@ from seals.plugins.tasks.hover import TaskHover
 from seals.schema import param
 from seals.testing import ContractError, check_controller, check_guide, check_task
 
-ROBOTS = {"station": "auv", "autopilot": "torpedo", "gait": "crab", "cpg": "crab"}
+ROBOTS = {
+    **{"station": "auv", "autopilot": "torpedo", "skid_steer": "amphibian"},
+    **{"gait": "crab", "cpg": "crab"},
+}
 ALONE = ("hover", "oval", "waypoints", "los", "march", "wander", "seek", "freeze")
 """Guides that need nothing beside the robot: no object, no script."""
 

@@ -75,6 +75,7 @@ ACTUATORS: dict[str, dict[str, float]] = {
     "rotors": {},
     "thrusters": {},
     "servos": {"kp": 0.2, "kd": 0.004},
+    "wheels": {"gain": 0.01, "stall_torque": 50.0, "no_load_speed": 1e4},
 }
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from seals.caches import HOME
-from seals.errors import ConfigError, PhysicsError
+from seals.errors import ConfigError, MissingExtra, PhysicsError
 from seals.plugins.fluids.solver import Domain
 from seals.plugins.fluids.solvers.device_settings import Search
 from seals.plugins.fluids.solvers.pbf.engine import LOCKED, Engine
@@ -354,3 +354,22 @@ def test_what_needs_stored_lists_is_refused_without_them(name: str) -> None:
     with pytest.raises(ConfigError, match=f"stores no lists of neighbours, which {name} needs"):
         PbfSettings(search=Search.cells, **{name: 0.01})
     assert getattr(PbfSettings(**{name: 0.01}), name) == 0.01
+
+
+def test_another_kernel_language_is_taken_where_taichi_is_missing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Taichi first, then Quadrants, then words; a package that is asked for rules."""
+    from seals.plugins.fluids.solvers.pbf import language as module
+
+    monkeypatch.delenv("SEALS_TAICHI", raising=False)
+    there = {"taichi": object(), "quadrants": object()}
+    monkeypatch.setattr(module, "find_spec", there.get)
+    assert module.language() == "taichi"
+    del there["taichi"]
+    assert module.language() == "quadrants"
+    del there["quadrants"]
+    with pytest.raises(MissingExtra, match="pip install quadrants"):
+        module.language()
+    monkeypatch.setenv("SEALS_TAICHI", "mine")
+    assert module.language() == "mine"

@@ -109,3 +109,17 @@ def test_a_law_that_asks_for_a_number_is_refused() -> None:
         compiled(lambda x: [x if x[0] > 0.0 else -x], [(1,)])
     with pytest.raises(ConfigError, match="asks NumPy"):
         compiled(lambda x: [np.asarray(x, dtype=float)], [(1,)])
+
+
+def test_equal_laws_share_their_machine_code() -> None:
+    """Two robots alike hold one function and a memory each; it is let go with the last of them."""
+
+    def law(x: Array) -> list[Array]:
+        return [3.25 * x + 0.125]
+
+    one, other = compiled(law, [(2,)]), compiled(law, [(2,)])
+    assert one.address == other.address
+    first, second = one(np.array([1.0, 2.0]))[0], other(np.array([3.0, 4.0]))[0]
+    assert first.tolist() == [3.375, 6.625]
+    assert second.tolist() == [9.875, 13.125]
+    assert one(np.array([1.0, 2.0]))[0].tolist() == first.tolist()

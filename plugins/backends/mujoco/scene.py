@@ -13,6 +13,7 @@ from seals.arrays import Floats
 from seals.environment.ground import THICKNESS, Solid
 from seals.environment.terrain import Terrain
 from seals.errors import PhysicsError, RobotError
+from seals.plugins.backends.mujoco.clearance import Clearance
 from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
 from seals.plugins.backends.mujoco.loading import (
     FAR,
@@ -85,6 +86,7 @@ class Scene:
         self._spec = engine.MjSpec()
         self._settings(iterations)
         self._shapes: list[tuple[str, int, bool, Surface]] = [self._put(s) for s in solids]
+        self._clearance: Clearance | None = None
         self._state_kind = int(engine.mjtState.mjSTATE_INTEGRATION)
 
     def _settings(self, iterations: int) -> None:
@@ -191,6 +193,9 @@ class Scene:
         e.mj_setConst(m, self.data)
         e.mj_resetData(m, self.data)
         self.sliding = Sliding(e, m, self.data)
+        if len(self._robots) > 1:
+            roots = [m.body(found.bodies[0]).id for _, found in self._robots]
+            self._clearance = Clearance(e, m, roots)
         for body in self._bodies:
             body.bind()
 
@@ -215,6 +220,8 @@ class Scene:
         for body in self._bodies:
             body.load()
         e.mj_factorM(m, d)
+        if self._clearance is not None:
+            self._search(self._clearance.clear(d))
         e.mj_collision(m, d)
         e.mj_makeConstraint(m, d)
         e.mj_projectConstraint(m, d)
@@ -236,6 +243,11 @@ class Scene:
             d.qacc_warmstart[:] = d.qacc
         e.mj_Euler(m, d)
         self.stale = True
+
+    def _search(self, clear: bool) -> None:
+        """Switch the search for contacts off where nothing can touch."""
+        off, flags = int(self.engine.mjtDisableBit.mjDSBL_CONTACT), self.model.opt.disableflags
+        self.model.opt.disableflags = flags | off if clear else flags & ~off
 
     def forget(self) -> None:
         """Clear the warm start of the solver, so that no earlier episode affects it."""

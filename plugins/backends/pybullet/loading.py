@@ -52,6 +52,9 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
             "Take another engine: backend=mujoco"
         )
     flags = p.URDF_USE_INERTIA_FROM_FILE
+    if np.isinf(robot.upper).any():
+        # what turns without end may be a wheel: the engine makes a cylinder of 32 faces otherwise
+        flags |= p.URDF_USE_IMPLICIT_CYLINDER
     try:
         body = p.loadURDF(
             robot.urdf, useFixedBase=robot.tree.fixed_base, flags=flags, physicsClientId=client
