@@ -15,6 +15,7 @@ from seals.effects.binding import BoundEffect, EffectSet, rows_of, spread
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
+from seals.effects.scene import Scene
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
@@ -156,6 +157,7 @@ class Evaluator:
         if self.effects.flows:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
+        scene = self._scene(motion, inputs)
         loads, joint_loads = [], []
         # true if nothing is submerged
         dry = bool(self._drying) and (
@@ -174,7 +176,7 @@ class Evaluator:
             loads.append((b, rows, wrench))
         for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params, scene)
             wrench, kept = b.hooks.loads(*self._given(b, "loads", given))
             loads.append((b, rows, wrench))
             _keep(new, b, kept)
@@ -236,6 +238,10 @@ class Evaluator:
                 out.append((b, rows, AddedInertia(added.more, one, apart=True), medium))
         return out
 
+    def _scene(self, motion: Motion, inputs: Inputs) -> Scene:
+        """The scene of this instant, for effects that ask for more than their links."""
+        return Scene(self.surroundings, self.effects, motion, inputs)
+
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
         for b in self.effects.batteries:
@@ -288,9 +294,10 @@ class Evaluator:
         """Add the flow effects to the velocity of water and air."""
         flows: dict[MediumKind, Array] = {}
         seen: dict[Any, Any] = {}
+        scene = self._scene(motion, inputs)
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params, scene)
             velocity, kept = b.hooks.flow(*self._given(b, "flow", given))
             _keep(new, b, kept)
             if rows is not None:

@@ -25,7 +25,7 @@ from seals.robot.model import RobotModel
 from seals.world.compiled_links import CompiledLinks, Look
 from seals.world.drivetrain import Drivetrain
 from seals.world.looped_command import LoopedCommand
-from seals.world.scalar_compiler import compiled, constant
+from seals.world.scalar_compiler import compiled, constant, refuse_asking
 from seals.world.servos import Servoing
 from seals.world.stretch import Form, Loads, Parts, Ready, Stretch
 
@@ -55,6 +55,7 @@ class CompiledStep:
         body: Any,
     ) -> None:
         effects = servos.effects
+        refuse_asking(effects)
         self._robot, self._servos, self._response = robot, servos, drivetrain.response
         batteries: list[Any] = [b.effect for b in effects.batteries]
         self._full = batteries[0].full_voltage if batteries else 1.0

@@ -14,7 +14,7 @@ from seals.motion import Inputs, Joints
 from seals.multibody.kinematics import by_batch, by_link
 from seals.pytree import leaves, mapped
 from seals.world.drivetrain import response_of
-from seals.world.scalar_compiler import Traced, followed, statements_of
+from seals.world.scalar_compiler import Traced, followed, refuse_asking, statements_of
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -42,6 +42,8 @@ class LawKernel:
     def __init__(self, one: BatchLoads, *, step: float, batch: int, like: Tensor) -> None:
         import torch
         import warp
+
+        refuse_asking(one.effects)
 
         wp: Any = warp
         wp.config.log_level = wp.LOG_WARNING

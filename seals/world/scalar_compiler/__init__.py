@@ -12,6 +12,7 @@ from seals.world.scalar_compiler.kernel import Kernel as Kernel
 from seals.world.scalar_compiler.kernel import View as View
 from seals.world.scalar_compiler.kernel import compiled as compiled
 from seals.world.scalar_compiler.kernel import followed as followed
+from seals.world.scalar_compiler.kernel import refuse_asking as refuse_asking
 from seals.world.scalar_compiler.program import Place as Place
 from seals.world.scalar_compiler.program import Program as Program
 from seals.world.scalar_compiler.traced import Traced as Traced

@@ -14,6 +14,8 @@ import numpy as np
 
 from seals.arrays import Floats, undecided
 from seals.caches import cache_folder, keep, kept
+from seals.effects import EffectSet
+from seals.effects.scene import asking
 from seals.errors import ConfigError, MissingExtra, line_in_law, optional_import
 from seals.world.scalar_compiler.graph import Node, given
 from seals.world.scalar_compiler.llvm import text_of
@@ -29,6 +31,19 @@ REFUSED = (ArithmeticError, AttributeError, ConfigError, LookupError, TypeError,
 
 class CannotCompile(ConfigError):
     """A law that has no machine code."""
+
+
+def refuse_asking(effects: EffectSet) -> None:
+    """Refuse effects that ask for the scene around them, which code traced once does not have.
+
+    Raises:
+        CannotCompile: an effect names ``scene`` among the arguments of a hook.
+    """
+    name = asking(effects)
+    if name is not None:
+        raise CannotCompile(
+            f"effects.{name} asks for its scene: the fluid beside the robot, or other robots."
+        )
 
 
 class View:
