@@ -76,7 +76,7 @@ class Effect(EffectOptions):
     - ``joint_loads``: generalised force on the joints [N m or N], shape (N, J).
 
     ``loads`` and ``flow`` may also name ``scene``, a `seals.effects.scene.Scene`: the fluid at any
-    place. Machine code does not have it.
+    place, and the rotors of other robots. Machine code does not have it.
 
     Joints have a row for every row of the motion, or one for all. In ``joint_loads``, motion and
     medium are those of the links that the joints move, rows joint by joint (J N, k), whatever

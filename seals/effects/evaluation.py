@@ -5,7 +5,7 @@ Simulator, twin and screen use the same code.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from seals.effects.binding import BoundEffect, EffectSet, rows_of, spread
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
-from seals.effects.scene import Scene
+from seals.effects.scene import Rotors, Scene
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
@@ -98,6 +98,7 @@ class Evaluator:
     Attributes:
         fed: whether the inputs hold the voltage of the battery already.
         alike: whether a link has the same mass properties in the whole batch.
+        rotors: returns the rotors of the other robots of the run.
     """
 
     def __init__(
@@ -114,6 +115,7 @@ class Evaluator:
     ) -> None:
         self.implicit = implicit
         self.fed = self.alike = False
+        self.rotors: Callable[[], Sequence[Rotors]] = tuple
         self.effects, self.surroundings = effects, surroundings
         self.inertia_changes = () if folded else effects.inertia_changes
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
@@ -240,7 +242,7 @@ class Evaluator:
 
     def _scene(self, motion: Motion, inputs: Inputs) -> Scene:
         """The scene of this instant, for effects that ask for more than their links."""
-        return Scene(self.surroundings, self.effects, motion, inputs)
+        return Scene(self.surroundings, self.effects, motion, inputs, self.rotors)
 
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""

@@ -1,12 +1,13 @@
-"""The scene of an effect beyond its own links: the fluid at any place."""
+"""The scene of an effect beyond its own links: the fluid at any place, rotors of other robots."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like, namespace
+from seals.arrays import Array, Floats, as_like, namespace
 from seals.effects.binding import EffectSet
 from seals.effects.hooks import names_any, pick_of
 from seals.environment.sampler import EnvironmentSampler
@@ -34,6 +35,22 @@ class Fluid(NamedTuple):
     bottom: float | None
 
 
+class Rotors(NamedTuple):
+    """Rotors of another robot, world axes.
+
+    Args:
+        position: of the n hubs [m], shape (n, 3).
+        axis: direction of positive thrust [1], shape (n, 3).
+        radius: of the discs [m], shape (n,).
+        thrust: at the speed that the rotors had when the step began [N], shape (n,).
+    """
+
+    position: Floats
+    axis: Floats
+    radius: Floats
+    thrust: Floats
+
+
 class Scene:
     """The scene around an effect at one instant, for hooks that name ``scene``.
 
@@ -44,13 +61,24 @@ class Scene:
         effects: whose flows move them.
         motion: of the links.
         inputs: of the effects.
+        rotors: returns those of the other robots of the run, actuator by actuator.
     """
 
     def __init__(
-        self, surroundings: EnvironmentSampler, effects: EffectSet, motion: Motion, inputs: Inputs
+        self,
+        surroundings: EnvironmentSampler,
+        effects: EffectSet,
+        motion: Motion,
+        inputs: Inputs,
+        rotors: Callable[[], Sequence[Rotors]] = tuple,
     ) -> None:
         self._surroundings, self._effects = surroundings, effects
-        self._time, self._inputs = motion.time, inputs
+        self._time, self._inputs, self.rotors = motion.time, inputs, rotors
+
+    @property
+    def air_density(self) -> Array:
+        """Density of the air [kg/m^3], shape (1, 1)."""
+        return self._surroundings.air_density
 
     def fluid(self, places: Array, medium: Medium) -> Fluid:
         """Return water and air at places beside the links, flows included.
