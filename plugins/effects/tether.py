@@ -80,7 +80,8 @@ class Tether(Effect):
         stiffness against bending and torsion; the level bottom carries it without friction, and a
         height map does not; the inertia of its last half segment is not added to the vehicle;
         fluid that speeds up does not push it by its acceleration. A diagnosis takes a stated chain
-        as it hangs at rest, row by row, and names a missing one as a line. Without machine code.
+        as it hangs at rest, row by row, in minutes; a missing one is sought as a line. Without
+        machine code.
 
     References:
         Fossen 2011, Handbook of Marine Craft Hydrodynamics, ch. 8 (line); MoorDyn, documentation
