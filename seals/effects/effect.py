@@ -75,6 +75,9 @@ class Effect(EffectOptions):
     - ``drive_loads``: `Wrench` of what the actuators cause; their `Drives` are named ``drives``.
     - ``joint_loads``: generalised force on the joints [N m or N], shape (N, J).
 
+    ``loads`` and ``flow`` may also name ``scene``, a `seals.effects.scene.Scene`: the fluid at any
+    place, and the rotors of other robots. Machine code does not have it.
+
     Joints have a row for every row of the motion, or one for all. In ``joint_loads``, motion and
     medium are those of the links that the joints move, rows joint by joint (J N, k), whatever
     ``links`` says; `seals.by_joint` turns a column of them into (N, J). Physical parameters and
@@ -125,6 +128,11 @@ class Effect(EffectOptions):
 
     zero_when_dry: ClassVar[bool] = False
     """Whether nothing is left of the effect in water where nothing of the robot is submerged."""
+
+    @property
+    def surveying(self) -> bool:
+        """Whether a hook that names ``scene`` uses it: then the robot has no machine code."""
+        return True
 
     def ambient(self) -> Effect | None:
         """Return the effect for the other bodies of the scene; None if it is the robot's own."""

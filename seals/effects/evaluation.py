@@ -5,7 +5,7 @@ Simulator, twin and screen use the same code.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from seals.effects.binding import BoundEffect, EffectSet, rows_of, spread
 from seals.effects.effect import MediumKind
 from seals.effects.hooks import ARGUMENTS, names_any, pick_of
 from seals.effects.rigid import weight_of
+from seals.effects.scene import Rotors, Scene
 from seals.environment.sample import Sample
 from seals.environment.sampler import EnvironmentSampler
 from seals.environment.waves import carried
@@ -97,6 +98,7 @@ class Evaluator:
     Attributes:
         fed: whether the inputs hold the voltage of the battery already.
         alike: whether a link has the same mass properties in the whole batch.
+        rotors: returns the rotors of the other robots of the run.
     """
 
     def __init__(
@@ -113,6 +115,7 @@ class Evaluator:
     ) -> None:
         self.implicit = implicit
         self.fed = self.alike = False
+        self.rotors: Callable[[], Sequence[Rotors]] = tuple
         self.effects, self.surroundings = effects, surroundings
         self.inertia_changes = () if folded else effects.inertia_changes
         self.rows = {b.name: rows_of(b.links, links, batch) for b in effects.bound}
@@ -156,6 +159,7 @@ class Evaluator:
         if self.effects.flows:
             sample = self._with_flows(sample, motion, joints, inputs, memory, new)
         seen: dict[Any, Any] = {}
+        scene = self._scene(motion, inputs)
         loads, joint_loads = [], []
         # true if nothing is submerged
         dry = bool(self._drying) and (
@@ -174,7 +178,7 @@ class Evaluator:
             loads.append((b, rows, wrench))
         for b in self._wet_loads if dry else self.effects.loads:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params, scene)
             wrench, kept = b.hooks.loads(*self._given(b, "loads", given))
             loads.append((b, rows, wrench))
             _keep(new, b, kept)
@@ -236,6 +240,10 @@ class Evaluator:
                 out.append((b, rows, AddedInertia(added.more, one, apart=True), medium))
         return out
 
+    def _scene(self, motion: Motion, inputs: Inputs) -> Scene:
+        """The scene of this instant, for effects that ask for more than their links."""
+        return Scene(self.surroundings, self.effects, motion, inputs, self.rotors)
+
     def supplied(self, memory: Memory) -> Array | None:
         """Return the voltage of the battery [V], shape (batch, 1); None without one."""
         for b in self.effects.batteries:
@@ -288,9 +296,10 @@ class Evaluator:
         """Add the flow effects to the velocity of water and air."""
         flows: dict[MediumKind, Array] = {}
         seen: dict[Any, Any] = {}
+        scene = self._scene(motion, inputs)
         for b in self.effects.flows:
             rows, part, medium = self._seen(b, motion, sample, seen)
-            given = (part, medium, joints, inputs, memory.get(b.name), b.params)
+            given = (part, medium, joints, inputs, memory.get(b.name), b.params, scene)
             velocity, kept = b.hooks.flow(*self._given(b, "flow", given))
             _keep(new, b, kept)
             if rows is not None:

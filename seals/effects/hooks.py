@@ -22,9 +22,9 @@ Pick: TypeAlias = Callable[[tuple[Any, ...]], tuple[Any, ...]]
 
 _LINKS = ("motion", "medium", "joints", "inputs", "memory", "params")
 ARGUMENTS: dict[str, tuple[str, ...]] = {
-    "flow": _LINKS,
+    "flow": (*_LINKS, "scene"),
     "inertia": _LINKS,
-    "loads": _LINKS,
+    "loads": (*_LINKS, "scene"),
     "joint_loads": _LINKS,
     "drive_loads": ("drives", *_LINKS),
 }

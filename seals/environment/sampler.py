@@ -62,6 +62,7 @@ class EnvironmentSampler:
         waves: motion of the surface and of the water.
         wetting: submerged parts of the hulls.
         volume: displaced volume of every row when submerged [m^3], shape (N, 1).
+        bottom: height of the level bottom under the water [m]; None for none.
     """
 
     def __init__(
@@ -75,9 +76,10 @@ class EnvironmentSampler:
         waves: Waves,
         wetting: Wetting,
         volume: Array,
+        bottom: float | None = None,
     ) -> None:
         self.water_level, self.waves, self.wetting = water_level, waves, wetting
-        self.volume = volume
+        self.volume, self.bottom = volume, bottom
         self._constants = {
             name: as_like([[value]], volume)
             for name, value in {
@@ -94,6 +96,29 @@ class EnvironmentSampler:
         self._wet_volume: Array = None
         self._share: Array = None
         self._inverse_volume = 1.0 / namespace(volume).clip(volume, 1e-12, None)
+
+    @property
+    def air_density(self) -> Array:
+        """Density of the air [kg/m^3], shape (1, 1)."""
+        return self._constants["air_density"]
+
+    def water_at(self, places: Array, time: Array) -> tuple[Array | None, Array, Array]:
+        """Return depth, velocity and density of the water at places, without flow effects.
+
+        Args:
+            places: world [m], shape (N, 3).
+            time: [s], shape (1 or N, 1).
+
+        Returns:
+            Depth below the surface [m], shape (N, 1), None without water; velocity of the waves in
+            the world [m/s], shape (N, 3); density [kg/m^3], shape (N or 1, 1).
+        """
+        none = 0.0 * places
+        if self.water_level is None:
+            return None, none, self._constants["zero"]
+        sea = self.waves.at(places, time, self.water_level)
+        depth = sea.elevation - places[:, 2:3]
+        return depth, none if sea.velocity is None else sea.velocity, self._density.at(depth)
 
     def sample(self, motion: Motion) -> Sample:
         """Sample air and water at the links, without flow effects such as wind and current."""
@@ -230,4 +255,5 @@ def build_surroundings(
         waves=waves,
         wetting=wetting,
         volume=as_like(volume[:1] if len(robot.links) == 1 else volume, like),
+        bottom=environment.tank_bottom,
     )

@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Array, namespace
+from seals.effects.binding import EffectSet
 from seals.effects.effect import Effect, Parameters
 from seals.effects.hooks import pick_of
+from seals.effects.scene import Scene
+from seals.environment.sampler import EnvironmentSampler, WaterColumn
+from seals.environment.waves import Sea
+from seals.environment.wetting import WettingNone
 from seals.motion import Drives, JointDrive, Joints, Reading, Timing
 from seals.pytree import mapped
 from seals.testing.instants import JOINTS, Instant
@@ -64,9 +69,35 @@ def call_hook(
     if hook == "joint_loads":
         motion, medium = (_by_joints(x, now.joints) for x in (motion, medium))
     given: tuple[Any, ...] = (motion, medium, now.joints, now.inputs, memory, params)
-    given = (now.drives, *given) if hook == "drive_loads" else given
+    given = (now.drives, *given) if hook == "drive_loads" else (*given, _scene(now))
     output, kept = law(*pick_of(effect, hook)(given))
     return output, kept
+
+
+class _Calm:
+    """Water at rest."""
+
+    @staticmethod
+    def at(position: Array, time: Array, level: float) -> Sea:
+        """Return the sea at points."""
+        return Sea(level + 0.0 * position[:, 0:1], None, None, None, None, None)
+
+
+def _scene(now: Instant) -> Scene:
+    """A scene of calm water up to the height zero, without flows."""
+    volume = now.motion.body.volume
+    column = WaterColumn.of_profiles([[0.0, 20.0]], [[0.0, 0.0]], None)
+    around = EnvironmentSampler(
+        gravity=9.81,
+        air_density=1.2,
+        air_viscosity=1.8e-5,
+        water_level=0.0,
+        column=column,
+        waves=_Calm(),
+        wetting=WettingNone(),
+        volume=volume,
+    )
+    return Scene(around, EffectSet(()), now.motion, now.inputs)
 
 
 def _by_joints(bundle: Any, joints: Joints) -> Any:

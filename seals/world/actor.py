@@ -22,6 +22,7 @@ from seals.backend import (
 from seals.control.estimate import TRUTH
 from seals.effects.binding import EffectSet
 from seals.effects.evaluation import Evaluator
+from seals.effects.scene import Rotors
 from seals.environment.sample import Sample
 from seals.environment.sampler import build_surroundings, exact_of
 from seals.environment.settings import EnvironmentSettings
@@ -199,6 +200,7 @@ class Actor:
         self._look: Look | None = None
         self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
+        self._noted: Floats | None = None
         self.history: History | None = None
 
     def load(self, time: float, step: float, alone: tuple[int, int] | None = None) -> int:
@@ -580,6 +582,27 @@ class Actor:
             self._solid = [(k, shape) for k, hull in pairs for shape in shapes_of_hull(hull)]
         poses = self.body.poses()
         return [s.moved(poses.origins[0, k], poses.rotations[0, k]) for k, s in self._solid]
+
+    def note_drive(self) -> None:
+        """Note the drive states at the start of a step, which `rotors` is about."""
+        self._noted = _copy(self.drive)
+
+    def rotors(self) -> list[Rotors]:
+        """Return the rotors at the start of the step, for the effects of other robots."""
+        found: list[Rotors] = []
+        if self._noted is None:
+            return found
+        inputs = Inputs(0.0, self.joint_torque, self._noted, self.voltage)
+        poses = self.body.poses()
+        for b in self.effects.actuators:
+            drives = b.hooks.drives(inputs, b.params)
+            if not drives.radius.any():
+                continue
+            link = b.links[0]
+            turn, origin = poses.rotations[0, link], poses.origins[0, link]
+            hubs = origin + drives.position @ turn.T
+            found.append(Rotors(hubs, drives.axis @ turn.T, drives.radius, drives.thrust[0]))
+        return found
 
     def _rotor_speeds(self) -> Floats:
         """Speeds of all rotors in the last step [rad/s], zeros before the first."""

@@ -15,6 +15,7 @@ import numpy as np
 from seals.arrays import Array, Floats, namespace
 from seals.backend import CompiledBody, Dynamics
 from seals.effects.evaluation import Evaluator
+from seals.effects.scene import refuse_asking
 from seals.environment.sample import Sample
 from seals.environment.sampler import build_surroundings, hulls_of
 from seals.environment.settings import EnvironmentSettings
@@ -55,6 +56,7 @@ class CompiledStep:
         body: Any,
     ) -> None:
         effects = servos.effects
+        refuse_asking(effects)
         self._robot, self._servos, self._response = robot, servos, drivetrain.response
         batteries: list[Any] = [b.effect for b in effects.batteries]
         self._full = batteries[0].full_voltage if batteries else 1.0

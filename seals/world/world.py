@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.backend import Backend, Configuration
+from seals.effects.scene import Rotors
 from seals.environment.settings import EnvironmentSettings
 from seals.errors import PhysicsError, naming
 from seals.fluid import Fluid
@@ -49,6 +51,11 @@ class Others(Mapping[str, Floats]):
 
     def __len__(self) -> int:
         return len(self._actors)
+
+
+def _rotors_of(actors: Sequence[Actor]) -> list[Rotors]:
+    """Rotors of some robots."""
+    return [rotors for actor in actors for rotors in actor.rotors()]
 
 
 class World:
@@ -104,6 +111,7 @@ class World:
         for name, actor in self.actors.items():
             others = {n: a for n, a in self.actors.items() if n != name}
             actor.sensor_suite.meet(Others(others), [a.shapes for a in others.values()])
+            actor.evaluator.rotors = partial(_rotors_of, tuple(others.values()))
             if actor.pilot is not None:
                 actor.pilot.bodies = Others(others)
 
@@ -167,6 +175,8 @@ class World:
         """Advance by one step or more; return by how many."""
         made = 0
         if self._alone is None:
+            for actor in self.actors.values():
+                actor.note_drive()
             for name, actor in self.actors.items():
                 with naming(name):
                     actor.load(self.time, self.step_size)

@@ -10,6 +10,7 @@ import numpy as np
 
 from seals.arrays import Array, as_like
 from seals.batch.loads import BatchLoads, LinkStates, Loads
+from seals.effects.scene import refuse_asking
 from seals.motion import Inputs, Joints
 from seals.multibody.kinematics import by_batch, by_link
 from seals.pytree import leaves, mapped
@@ -42,6 +43,8 @@ class LawKernel:
     def __init__(self, one: BatchLoads, *, step: float, batch: int, like: Tensor) -> None:
         import torch
         import warp
+
+        refuse_asking(one.effects)
 
         wp: Any = warp
         wp.config.log_level = wp.LOG_WARNING
