@@ -9,6 +9,7 @@ MASS = {
     "aam_dual_arm": 3.1,
     "auv": 9.2,
     "ball": 0.3,
+    "basket": 1.0,
     "boat": 24.0,
     "box": 4.2,
     "crab": 0.14,
@@ -24,6 +25,7 @@ MASS = {
     "ship_section": 46.8,
     "slocum": 70.0,
     "torpedo": 30.5,
+    "valve": 0.2,
 }
 """Mass [kg]."""
 LENGTH = {
@@ -31,6 +33,7 @@ LENGTH = {
     "aam_dual_arm": 0.24,
     "auv": 0.2,
     "ball": 0.05,
+    "basket": 0.2,
     "boat": 0.25,
     "box": 0.15,
     "crab": 0.03,
@@ -46,6 +49,7 @@ LENGTH = {
     "ship_section": 0.2,
     "slocum": 0.4,
     "torpedo": 0.1,
+    "valve": 0.12,
 }
 """Half the width of the body, or the arm of the outer drives [m]."""
 
@@ -366,6 +370,22 @@ SCENES = (
         words=("robot=pendulum", "+sensor@sensors.imu=imu"),
         first=("initial.joint_position=[1.0472]",),
         second=("initial.joint_position=[0.6]",),
+        effects=(),
+    ),
+    Scene(
+        robot="valve",
+        medium="air",
+        words=("robot=valve", "+sensor@sensors.imu=imu"),
+        first=("initial.joint_velocity=[2.0]",),
+        second=("initial.joint_velocity=[1.5]",),
+        effects=(),
+    ),
+    Scene(
+        robot="basket",
+        medium="air",
+        words=("robot=basket", "+sensor@sensors.imu=imu"),
+        first=(),
+        second=(),
         effects=(),
     ),
 )
