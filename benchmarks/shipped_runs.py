@@ -10,6 +10,7 @@ MASS = {
     "amphibian": 40.0,
     "auv": 9.2,
     "ball": 0.3,
+    "basket": 1.0,
     "boat": 24.0,
     "box": 4.2,
     "crab": 0.14,
@@ -26,6 +27,7 @@ MASS = {
     "ship_section": 46.8,
     "slocum": 70.0,
     "torpedo": 30.5,
+    "valve": 0.2,
 }
 """Mass [kg]."""
 LENGTH = {
@@ -34,6 +36,7 @@ LENGTH = {
     "amphibian": 0.22,
     "auv": 0.2,
     "ball": 0.05,
+    "basket": 0.2,
     "boat": 0.25,
     "box": 0.15,
     "crab": 0.03,
@@ -50,6 +53,7 @@ LENGTH = {
     "ship_section": 0.2,
     "slocum": 0.4,
     "torpedo": 0.1,
+    "valve": 0.12,
 }
 """Half the width of the body, or the arm of the outer drives [m]."""
 
@@ -382,6 +386,22 @@ SCENES = (
         words=("robot=pendulum", "+sensor@sensors.imu=imu"),
         first=("initial.joint_position=[1.0472]",),
         second=("initial.joint_position=[0.6]",),
+        effects=(),
+    ),
+    Scene(
+        robot="valve",
+        medium="air",
+        words=("robot=valve", "+sensor@sensors.imu=imu"),
+        first=("initial.joint_velocity=[2.0]",),
+        second=("initial.joint_velocity=[1.5]",),
+        effects=(),
+    ),
+    Scene(
+        robot="basket",
+        medium="air",
+        words=("robot=basket", "+sensor@sensors.imu=imu"),
+        first=(),
+        second=(),
         effects=(),
     ),
 )

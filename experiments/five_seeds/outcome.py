@@ -12,7 +12,7 @@ from seals.arrays import Floats
 from seals.experiments.command import markdown
 from seals.experiments.five_seeds.episode_tables import BESIDE, Tables
 from seals.learn.evaluation.page import FURTHER, SHARE, share_words
-from seals.learn.statistics.interval import wilson
+from seals.learn.statistics.interval import bootstrap, wilson
 from seals.report import Chart, Series, write_picture
 
 
@@ -64,6 +64,8 @@ def _judged(number: int, rows: dict[str, Floats], world: float) -> _Judged:
 def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
     """Return the table of all policies in Markdown, and how many seeds did as asked.
 
+    Over seeds the share is an interquartile mean with the interval of a bootstrap of seeds.
+
     Args:
         tables: of the recipe.
         worlds: names of the other worlds.
@@ -93,6 +95,9 @@ def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
     seeds = [one[0] for one in found if 0 in one and one[0].policy in seconds]
     good = sum(one.shares[SHARE] >= enough * one.episodes for one in seeds)
     said = f"{good} of {len(seeds)} seeds reach {enough:.0%} of their held-out starts."
+    if len(seeds) > 1:
+        over = bootstrap([[one.shares[SHARE] / one.episodes for one in seeds]])
+        said += f" Over seeds: {over.value:.0%} ({over.low:.0%} to {over.high:.0%})."
     return markdown(head, list(zip(*columns, strict=True))) + f"\n{said}\n"
 
 

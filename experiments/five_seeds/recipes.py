@@ -73,7 +73,55 @@ _SIGHTED_FINE = (
     "learner.capacity=150000",
 )
 _SHORT = ("learner=sac_reach", "course.steps=100000", "course.look_every=50000")
+
+
+def _imitated(env: str, steps: int) -> Recipe:
+    """Recipe of an underwater task in twins, whose scripted policy is imitated."""
+    return Recipe(
+        (f"env={env}",),
+        (
+            "learner=dagger_few",
+            "count=64",
+            f"course.steps={steps}",
+            f"learner.settle={steps}",
+            f"course.look_every={steps // 4}",
+            "course.episodes=50",
+            "course.best=true",
+        ),
+        3,
+        elsewhere={"MuJoCo": ("backend=mujoco",)},
+        enough=0.7,
+    )
+
+
+def _handled(env: str) -> Recipe:
+    """Recipe of a task with contacts, in a few full worlds."""
+    return Recipe(
+        (f"env={env}", "task.ends=true"),
+        (
+            "learner=dagger_few",
+            "count=8",
+            "learner.ratio=16",
+            "learner.led=150",
+            "learner.settle=14000",
+            "course.steps=14000",
+            "course.look_every=7000",
+            "course.episodes=12",
+            "course.best=true",
+        ),
+        3,
+        enough=0.7,
+    )
+
+
 RECIPES = {
+    **{name: _imitated(name, 100_000) for name in ("reach_current", "reach_current_crossing")},
+    **{name: _imitated(name, 250_000) for name in ("pipe", "pipe_crossing")},
+    **{
+        f"{name}{way}": _handled(f"{name}{way}")
+        for name in ("pick", "place", "valve")
+        for way in ("", "_crossing")
+    },
     "reach": Recipe(
         ("env=reach",),
         (

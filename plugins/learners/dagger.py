@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from seals.learn.batched import vector
 from seals.learn.learner import MOST, Spaces, need_torch
+from seals.learn.network_agent import settled
 from seals.plugins.learners.bc import CloningAgent
 from seals.schema import count, setting
 
@@ -41,6 +42,7 @@ class Dagger:
         led: control steps of every environment in which the expert acts alone at first.
         share: of the environments in which the expert acts for good [1].
         mean: share of the mean weights that an update keeps [1].
+        settle: control steps over which the learning rate falls to a tenth; 0 for never.
 
     Assumptions:
         The task has a scripted policy; it reads the full state, the learner the observation.
@@ -58,6 +60,7 @@ class Dagger:
     led: int = count(200, bounds=(1, MOST))
     share: float = setting(0.2, "1", bounds=(0.0, 1.0), source=CHOSEN)
     mean: float = setting(0.998, "1", bounds=(0.0, 1.0), source=CHOSEN)
+    settle: int = count(0, bounds=(0, MOST))
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> DaggerAgent:
         """Return a fresh agent."""
@@ -143,6 +146,10 @@ class DaggerAgent(CloningAgent):
         import torch
 
         self.owed -= 1
+        if self.learner.settle:
+            share = settled(self.steps * self.spaces.count, self.learner.settle)
+            for group in self.optimiser.param_groups:
+                group["lr"] = self.learner.learning_rate * share
         remembered = self.stored * self.spaces.count
         index = torch.randint(
             remembered, (self.learner.batch,), generator=self.generator, device=self.device

@@ -10,7 +10,7 @@ from seals.field_roles import roles
 from seals.learn.actor_critic import ActorCriticNetworks, TanhNormal
 from seals.learn.batched import tensors, vector
 from seals.learn.learner import MOST, Spaces, need_torch, one_of
-from seals.learn.network_agent import FORMS, NetworkAgent, transform_reward
+from seals.learn.network_agent import FORMS, NetworkAgent, settled, transform_reward
 from seals.learn.recorded import Recorded
 from seals.learn.replay import STEP, Memory, Prioritised, Returns, Sampler, of_episodes
 from seals.learn.starts import first_weights
@@ -26,8 +26,6 @@ PAPER = "Haarnoja et al. 2018, arXiv 1812.05905"
 GIVEN = "Vecerik et al. 2017, arXiv 1707.08817"
 PRIORITY = "Schaul et al. 2016, arXiv 1511.05952"
 SHOWN = ("none", "buffer")
-SETTLED = 0.1
-"""Share of the learning rate that is left when a learner has settled."""
 
 
 @roles(data="layer_norm demonstrations reward_form normalise")
@@ -277,8 +275,7 @@ class SacAgent(NetworkAgent):
     def update(self) -> dict[str, Tensor]:
         """Update critics, actor and temperature on one batch."""
         if self.learner.settle:
-            # the current learning rate
-            share = max(SETTLED, 1.0 - self.steps / self.learner.settle)
+            share = settled(self.steps, self.learner.settle)
             self.nets.set_learning_rate(self.learner.learning_rate * share)
         batch = self.memory.sample(self.learner.batch)
         metrics = self._update_recorded(batch)

@@ -100,7 +100,8 @@ def _fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
     # the fingers have come to something, or to each other
     shut = (grip > 1.0 - 1e-6) | (grip - now.facts["closed"] > task.squeeze - 0.02)
     empty = now.facts["closed"] > EMPTY
-    closing = ready | (begun & ~(shut & ((far > task.grasp) | empty)))
+    done = task.delivered(now)
+    closing = (ready | (begun & ~(shut & ((far > task.grasp) | empty)))) & ~done
     firm = xp.astype(now.facts["touch"] > task.firm, far.dtype)
     # one finger alone would push it over
     lifting = closing & shut & (xp.sum(firm, axis=1, keepdims=True) > 1.5)
@@ -108,7 +109,8 @@ def _fetch(task: TaskCatch, now: Instant, seen: Array) -> Array:
     follow = _follow(level + _lead(pace), flat, grip, closing) + pace
     velocity = xp.where(there, follow, away * 0.0)
     velocity = xp.where(there | closing, velocity, _search(now))
-    velocity = xp.where(lifting, _lift(now, task.height), velocity)
+    velocity = xp.where(lifting, task.bring(now), velocity)
+    velocity = xp.where(done, task.leave(now), velocity)
     one = grip * 0.0 + 1.0
     flat = now.action[:, :2] + EASE * (velocity[:, :2] / task.speed - now.action[:, :2])
     wanted = xp.concat((flat, velocity[:, 2:3] / task.speed, xp.where(closing, one, -one)), axis=1)
@@ -181,10 +183,14 @@ def _search(now: Instant) -> Array:
     return GAIN * (place - now.position)
 
 
-def _lift(now: Instant, height: float) -> Array:
-    """Upward velocity, up to 1.5 times the height that the animal must reach [m/s]."""
+def lifted(now: Instant, end: Array) -> Array:
+    """Return the upward velocity that brings what is held to a height, shape (N, 3) [m/s].
+
+    Args:
+        now: of N robots.
+        end: world height [m], shape (N, 1).
+    """
     xp = namespace(now.position)
-    end = now.facts["level"] + 1.5 * height
     up = xp.minimum(GAIN * (end - now.target[:, 2:3]), end * 0.0 + LIFT)
     up = xp.minimum(up, xp.maximum(now.velocity[:, 2:3], end * 0.0) + JERK)
     return xp.concat((up * 0.0, up * 0.0, up), axis=1)
@@ -208,7 +214,8 @@ class TaskCatch(TaskReach):
         success_distance: what may be lacking of the height, and of the hand on the animal [m].
         hold: for how long the animal must be held above the water [s].
         object: name of the animal among the objects.
-        height: of the animal above the water at which it is caught [m].
+        height: of the animal above the water at which it is caught [m]; below zero for a lift
+            under water.
         depth: under the water from which a lift is rewarded [m].
         grasp: distance of the hand from an animal that is in it [m].
         closing: time in which an action of 1 closes the open hand [s].
@@ -232,7 +239,7 @@ class TaskCatch(TaskReach):
     success_distance: float = chosen(0.02, "m", 1e-4, 10.0, "a tenth of the height")
     hold: float = chosen(1.0, "s", 0.0, 60.0, "as the mission's last stage")
     object: str = "crab"
-    height: float = chosen(0.2, "m", 0.0, 100.0, "clear of waves in a tank")
+    height: float = chosen(0.2, "m", -1e4, 100.0, "clear of waves in a tank")
     depth: float = chosen(1.0, "m", 0.0, 1e4, "of the tank of the recipe")
     grasp: float = chosen(0.07, "m", 1e-3, 10.0, "half of a carapace and a finger")
     closing: float = chosen(1.0, "s", 0.01, 60.0, "as the mission")
@@ -354,19 +361,34 @@ class TaskCatch(TaskReach):
         return super().distance(now)
 
     def stages(self, now: Instant) -> Array:
-        """Return the progress of the catch: nearness, grip, height, from -2 to 6, shape (N,)."""
+        """Return the progress of the catch: nearness, grip, way of what is held, shape (N,)."""
         xp = namespace(now.position)
         away = self.reached(now)
         close = near(away, self.grasp)
         press = xp.tanh(now.facts["touch"] / self.firm)
         grip = xp.sum(press, axis=1) / press.shape[1]
         held = close * xp.astype(xp.sum(press, axis=1) > 1.0, away.dtype)
+        done = xp.astype(self.delivered(now)[:, 0], away.dtype)
+        gone = xp.maximum(held, done) * xp.clip(self.gone(now), 0.0, 1.0)
+        bonus = self.bonus * (close + close * grip + 4.0 * gone + 2.0 * done)
+        return bonus - xp.minimum(away, away * 0.0 + 2.0)
+
+    def gone(self, now: Instant) -> Array:
+        """Return the share of the way of what is held [1], shape (N,): here of the lift."""
         lacking = now.facts["level"][:, 0] + self.height - now.target[:, 2]
-        lift = xp.maximum(1.0 - lacking / (self.height + self.depth), away * 0.0)
-        lift = xp.minimum(lift, away * 0.0 + 1.0)
-        return self.bonus * (close + close * grip + 4.0 * held * lift) - xp.minimum(
-            away, away * 0.0 + 2.0
-        )
+        return 1.0 - lacking / (self.height + self.depth)
+
+    def delivered(self, now: Instant) -> Array:
+        """Test if the hand is to let go, shape (N, 1): here never."""
+        return now.time < 0.0
+
+    def bring(self, now: Instant) -> Array:
+        """Return the script's velocity with a full hand [m/s], shape (N, 3): here upward."""
+        return lifted(now, now.facts["level"] + self.height + 0.5 * abs(self.height))
+
+    def leave(self, now: Instant) -> Array:
+        """Return the script's velocity after it has let go [m/s], shape (N, 3)."""
+        return self.bring(now)
 
     def gained(self, now: Instant, before: Instant) -> Array:
         """Return the rewards of a step without the cost of its action, shape (N,)."""

@@ -168,7 +168,8 @@ class TaskReach(Task):
 
     def target(self, goal: Array, time: Array) -> tuple[Array, Array]:
         """Return the fixed position of the target, with zero velocity."""
-        return goal, goal * 0.0
+        place = goal[:, :3]
+        return place, place * 0.0
 
     def command(self, action: Array, now: Instant) -> tuple[Array, Array]:
         """Return the wanted velocity and a heading of zero."""

@@ -195,20 +195,19 @@ class Picture:
         # a callback is told at once what stands where
         environments.set_frame_callback(follow)
         first = self._shooting is None
-        episode = self._episode()
+        assert self.frame is not None
+        episode = Episode(self._stage, [self.frame])
         way = episode.way._replace(radius=ROOM * episode.way.radius)
         self._shooting = found = episode_shooting(episode, self._task, self._look, way=way)
         if first:
             self._photographer.arrange(found.scene, found.optics, self._look.quality)
 
-    def _episode(self) -> Episode:
-        assert self.frame is not None
-        return Episode(self._stage, [self.frame])
-
-    def image(self) -> NDArray[np.uint8]:
-        """Return the image of the present instant, shape (height, width, 3)."""
+    def image(self, frame: EpisodeFrame | None = None) -> NDArray[np.uint8]:
+        """Return the image of a frame, shape (height, width, 3); None for the last one told."""
+        frame = self.frame if frame is None else frame
         assert self._shooting is not None
-        here = self._episode()
+        assert frame is not None
+        here = Episode(self._stage, [frame])
         now = self._shooting._replace(replay=here, times=here.time)
         light = self._photographer.photograph(now.frame_at(0, self._look.port))
         found: NDArray[np.uint8] = to_bytes(np.clip(self._look.light * light, 0.0, 1.0))

@@ -18,6 +18,18 @@ FORMS = ("plain", "symlog", "clip")
 
 PRIOR = 0.01
 """Observations that mean 0 and variance 1 count for before the first real one."""
+SETTLED = 0.1
+"""Share of the learning rate that is left when a learner has settled."""
+
+
+def settled(steps: int, settle: int) -> float:
+    """Return the share of the learning rate after some of the control steps over which it falls.
+
+    Example:
+        >>> settled(30, 60), settled(90, 60)
+        (0.5, 0.1)
+    """
+    return max(SETTLED, 1.0 - steps / settle)
 
 
 def transform_reward(reward: Tensor, *, scale: float, form: str) -> Tensor:

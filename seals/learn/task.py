@@ -318,6 +318,7 @@ def require_task(name: str, made: Task, model: RobotModel) -> None:
     hands = len(model.grippers)
     tips = sum(len(hand.tips) for hand in model.grippers.values())
     wide = {"phase": 2 * len(model.legs), "grip": hands, "closed": hands, "touch": tips}
+    wide["goal"] = np.shape(draw.goal)[1]
     asked = made.knows if isinstance(made, WorldTask) else ()
     facts = {fact: np.full((COUNT, wide.get(fact, 1)), 0.25) for fact in asked}
     before, now = (_instant(made, draw, facts, actions, time) for time in (0.0, 0.1))

@@ -153,7 +153,10 @@ class Actor:
         self._start_over()
         self._tips = [(t, robot.links[t]) for g in robot.grippers.values() for t in g.tips]
         self._assembly = Assembly(robot.spatial_inertia[None], self.servos.armature)
-        choice = "false" if fluid is not None else options_of(backend, BackendOptions).compiled
+        choice = options_of(backend, BackendOptions).compiled
+        if fluid is not None or robot.degrees == 0:
+            # of what cannot move there are no laws
+            choice = "false"
         self._must, self._backend = choice == "true", backend
         self._weights: CompiledWeights | None = None
         self._looped: dict[Any, LoopedCommand] = {}

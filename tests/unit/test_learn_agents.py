@@ -86,6 +86,39 @@ def test_stable_baselines_normalises_a_batch() -> None:
     one.close()
 
 
+def test_skrl_trains_on_a_batch(tmp_path: Any) -> None:
+    """Its own PPO, memory and trainer, on the vector environment as it is."""
+    pytest.importorskip("skrl", reason="needs skrl: pip install skrl")
+    from skrl.agents.torch.ppo import PPO, PPO_CFG
+    from skrl.envs.wrappers.torch import wrap_env
+    from skrl.memories.torch import RandomMemory
+    from skrl.trainers.torch import SequentialTrainer
+    from skrl.utils.model_instantiators.torch import deterministic_model, gaussian_model
+
+    made = gymnasium.make_vec(
+        "SEALS/Hover-v0", 8, vectorization_mode="vector_entry_point", overrides=SHORT
+    )
+    env = wrap_env(made, verbose=False)
+    spaces = {"observation_space": env.observation_space, "action_space": env.action_space}
+    layers = [{"name": "net", "input": "OBSERVATIONS", "layers": [16], "activations": "elu"}]
+    models = {
+        "policy": gaussian_model(**spaces, device="cpu", network=layers, output="ACTIONS"),
+        "value": deterministic_model(**spaces, device="cpu", network=layers, output="ONE"),
+    }
+    agent = PPO(
+        models=models,
+        memory=RandomMemory(memory_size=16, num_envs=8, device="cpu"),
+        cfg=PPO_CFG(rollouts=16, experiment={"directory": str(tmp_path), "write_interval": 0}),
+        device="cpu",
+        **spaces,
+    )
+    course = {"timesteps": 32, "headless": True, "close_environment_at_exit": False}
+    SequentialTrainer(env=env, agents=agent, cfg=course).train()
+    env.close()
+    # two rounds of updates have moved the deviations, which begin at one
+    assert bool((models["policy"].log_std_parameter != 0.0).all())
+
+
 @pytest.mark.thorough
 def test_processes_that_are_spawned_step_what_this_one_does() -> None:
     """Gymnasium's vectors by processes know the id from its specification alone."""

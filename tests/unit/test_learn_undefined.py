@@ -50,10 +50,8 @@ def test_an_action_that_is_no_number_is_refused(backend: str) -> None:
     envs.close()
 
 
-# batch dynamics do not wait for their observations
-@pytest.mark.parametrize(
-    ("backend", "law"), [("twin", "reward"), ("free", "reward"), ("free", "observation")]
-)
+@pytest.mark.parametrize("law", ["reward", "observation"])
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_task_that_returns_no_number_is_refused(backend: str, law: str) -> None:
     """Such a reward counted as 0 and the training ended as done."""
     envs = many(backend=backend)
@@ -191,15 +189,33 @@ def test_wrappers_of_statistics_take_it() -> None:
     envs.close()
 
 
-def test_a_batch_shows_its_first_robot() -> None:
-    """A picture as Gymnasium's recorder of films takes it."""
-    envs = many(render_mode="rgb_array")
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_batch_shows_all_robots(backend: str) -> None:
+    """One picture each; the robots are at starts of their own."""
+    envs = many(backend=backend, render_mode="rgb_array")
     envs.reset(seed=1)
     envs.step(still())
-    (image,) = envs.render()
-    assert image.dtype == np.uint8
-    assert image.std() > 5.0
+    images = envs.render()
+    assert len(images) == 3
+    assert all(image.dtype == np.uint8 and image.std() > 5.0 for image in images)
+    assert np.abs(images[0].astype(int) - images[1].astype(int)).max() > 20
     envs.close()
+
+
+def test_gymnasium_films_a_batch(tmp_path: Any) -> None:
+    """Its own wrapper for vectors, which tiles the pictures of all robots."""
+    pytest.importorskip("moviepy", reason="RecordVideo: pip install 'aam-seals[agents]'")
+    from gymnasium.wrappers.vector import RecordVideo
+
+    films = str(tmp_path / "films")
+    envs = RecordVideo(many(autoreset_mode="NextStep", render_mode="rgb_array"), films)
+    envs.reset(seed=1)
+    for _ in range(STEPS + 1):
+        envs.step(still())
+    envs.close()
+    # of the episode from the reset on, and of the one after it
+    names = sorted(path.name for path in (tmp_path / "films").iterdir())
+    assert names == ["rl-video-episode-0.mp4", "rl-video-episode-1.mp4"]
 
 
 @pytest.mark.parametrize(

@@ -76,7 +76,7 @@ def test_what_is_not_there_cannot_be_hidden(name: str) -> None:
 def test_still_water_has_no_waves_to_hide() -> None:
     """They would be listed as hidden, and a diagnosis would look for them."""
     assert hide(["waves"], ENTRIES, {"wave": "airy"}) == (set(), {"wave": None})
-    with pytest.raises(ConfigError, match="hide=waves.*no such effect"):
+    with pytest.raises(ConfigError, match=r"hide=waves.*no such effect"):
         hide(["waves"], ENTRIES, {"wave": "still"})
 
 

@@ -25,6 +25,12 @@ FROZEN = {
     "reach_current_crossing": ("bbd99fa453490ce4", "b217c4c3a3d19d23", "2ca4f7abdcd7d7b2"),
     "pipe": ("ddb84347cc8d1ae1", "fc0cad1fac67f0ba", "2733a2b9d86cbb50"),
     "pipe_crossing": ("ec3e5c4ea8b78a58", "fcb4513d42bb0c70", "3e5471260e4984f0"),
+    "pick": ("a37e57ca71e05b9b", "acf63561c6eed046", "096e2d4ca318e357"),
+    "pick_crossing": ("2ca847efbaeb2869", "2f79faeab8772b39", "ebf1df6415afa19d"),
+    "place": ("d15aa9f8a3976915", "14e590957a02a717", "2a8407e07953e952"),
+    "place_crossing": ("09aecfcb51e6ec8f", "2a49c1204bc3aac8", "28e875cb5cd06afa"),
+    "valve": ("6e20d51fa3ddb785", "cdc3c6807d6392e0", "ce47e522b0a70c5b"),
+    "valve_crossing": ("9238fcdf8f8ae8c2", "78b667a107c12504", "e748440160ab9dae"),
 }
 """Digests of a hundred starts each: for training (seeds from 0), validation and test."""
 

@@ -13,7 +13,7 @@ from seals.errors import ConfigError
 from seals.learn.batched import StepResult, picked
 from seals.learn.environments.episodes import FARTHEST, EpisodeOutcome, Episodes, EpisodeState
 from seals.learn.environments.machine_twin import MachineVerdict
-from seals.learn.environments.simulator import BatchSimulator, FrameCallback
+from seals.learn.environments.simulator import BatchSimulator, EpisodeFrame, FrameCallback
 from seals.learn.starts import TRAINING_END, generator_of
 from seals.learn.task import Draw, Instant, Task
 from seals.pytree import copied, is_tensor, mapped
@@ -370,6 +370,10 @@ class Environments:
         if callback is not None:
             callback(self.simulator.frame(self.now))
 
+    def frames(self) -> list[EpisodeFrame]:
+        """Return the present frames of all robots."""
+        return [self.simulator.frame(self.now, row) for row in range(self.count)]
+
     def close(self) -> None:
         """Release the simulator, and compiled and recorded functions, which refer to these."""
         self._device_law = self._recorded = None
@@ -474,7 +478,9 @@ class Environments:
     def _seen(self, now: Instant, values: Array) -> Tensor:
         """Return observations as tensors, where the positions are known."""
         xp = namespace(values)
-        if not self.simulator.pure and not bool(xp.all(xp.isfinite(values))):
+        # arrays of NumPy are there; tensors may be recorded, or be waited for
+        there = isinstance(values, np.ndarray) or not self.simulator.pure
+        if there and not bool(xp.all(xp.isfinite(values))):
             known = xp.all(xp.isfinite(now.position), axis=1, keepdims=True)
             self._refuse_undefined("observation", xp.where(known, values, xp.zeros_like(values)))
         return self._as_tensor(values, most=FARTHEST)

@@ -21,6 +21,7 @@ class Facts:
         names: of the facts that are wanted.
         actor: the robot.
         environment: with the water level.
+        thing: object that is the target, or None.
 
     Attributes:
         stepwise: whether any of them is found from every step of the world, see `observe`.
@@ -30,7 +31,11 @@ class Facts:
     """
 
     def __init__(
-        self, names: Sequence[str], actor: Actor, environment: EnvironmentSettings
+        self,
+        names: Sequence[str],
+        actor: Actor,
+        environment: EnvironmentSettings,
+        thing: Actor | None = None,
     ) -> None:
         """Look up the requested quantities."""
         kinds: Mapping[str, Callable[[], Floats]] = {
@@ -45,6 +50,10 @@ class Facts:
             "slip": lambda: np.array([self._slip / max(self._steps, 1)]),
             # height of the water at rest [m]
             "level": lambda: np.array([self._water], dtype=float),
+            # numbers of the episode's draw
+            "goal": lambda: self._goal,
+            # joint positions of the target [rad or m]
+            "turn": lambda: np.zeros(0) if thing is None else thing.body.joint_positions(),
         }
         for name in names:
             refuse_unlisted(name, kinds, f"no world knows '{name}'")
@@ -69,6 +78,7 @@ class Facts:
                 self._body.joint_forces() is not None,
             ),
             "level": ("water: environment.water_level", self._water is not None),
+            "turn": ("a target with joints", thing is not None and thing.robot.tree.joints > 0),
         }
         for name in self._kinds:
             what, there = needs.get(name, ("", True))
@@ -80,11 +90,12 @@ class Facts:
         self._power = self._slip = 0.0
         self._steps = 0
         self._rates: Floats | None = None
+        self._goal = np.zeros(0)
         self.stepwise = bool({"power", "slip"} & set(self._kinds))
 
-    def reset(self) -> None:
-        """Begin an episode."""
-        self._rates = None
+    def reset(self, goal: Floats) -> None:
+        """Begin an episode with the numbers of its draw, shape (1, g)."""
+        self._rates, self._goal = None, goal
         self.begin()
 
     def begin(self) -> None:

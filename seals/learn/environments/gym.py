@@ -219,7 +219,7 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         overrides: Hydra overrides.
         device: of the twins.
         autoreset_mode: of Gymnasium, or its value: ``SameStep``, ``NextStep``, ``Disabled``.
-        render_mode: ``rgb_array`` for pictures of the first robot, None for none.
+        render_mode: ``rgb_array`` for pictures, None for none.
 
     Raises:
         SealsError: an override is wrong, the robot cannot do the task, or a mode is not known.
@@ -320,9 +320,10 @@ class SealsVectorEnv(VectorEnv[Numbers, Numbers, Any]):
         return _numbers(seen), reward, terminated, truncated, infos
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
-        """Return the picture of the first robot, in a tuple; None without ``render_mode``."""
-        seen = self._picture is not None and self._picture.frame is not None
-        return (self._picture.image(),) if seen else None
+        """Return one picture for each robot, shape (height, width, 3); None without a mode."""
+        if self._picture is None or self._picture.frame is None:
+            return None
+        return tuple(self._picture.image(frame) for frame in self.batched.frames())
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release all worlds, and the renderer."""

@@ -129,8 +129,8 @@ class BatchSimulator(ABC):
         """Return a store of starts, with ``chances`` and ``picked``, of a pure simulator."""
         raise NotImplementedError
 
-    def frame(self, now: Instant) -> EpisodeFrame:
-        """Return the first environment's frame."""
+    def frame(self, now: Instant, row: int = 0) -> EpisodeFrame:
+        """Return the frame of one environment, by default of the first."""
         raise NotImplementedError
 
     def snapshot(self) -> dict[str, Any]:

@@ -235,10 +235,10 @@ class TwinSimulator(BatchSimulator):
             facts={},
         )
 
-    def frame(self, now: Instant) -> EpisodeFrame:
-        """Return the first robot's frame."""
+    def frame(self, now: Instant, row: int = 0) -> EpisodeFrame:
+        """Return the frame of one robot."""
         time, place, turn, target = (
-            np.array(x[0].cpu() if hasattr(x, "cpu") else x[0], dtype=float)
+            np.array(x[row].cpu() if hasattr(x, "cpu") else x[row], dtype=float)
             for x in (now.time, now.position, now.rotation, now.target)
         )
         robot = ActorPose(place, quaternion_of(turn), self.task.posture)

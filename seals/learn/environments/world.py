@@ -83,8 +83,9 @@ class FullWorld:
         self.watcher = task.watcher() if isinstance(task, SeeingTask) else None
         self._whole: WorldTask | None = task if isinstance(task, WorldTask) else None
         names = () if self._whole is None else self._whole.knows
-        self._facts = Facts(names, self.actor, self.settings.environment)
         _check_objects(self.world, [n for n in (task.object,) if n])
+        thing = self.world.actors[task.object] if task.object else None
+        self._facts = Facts(names, self.actor, self.settings.environment, thing)
         # an engine keeps contacts and impulses of the past, which placing bodies does not clear
         self._fresh = self.world.backend.snapshot()
 
@@ -108,7 +109,7 @@ class FullWorld:
                 **self._others(draw, seed),
             }
         )
-        self._facts.reset()
+        self._facts.reset(draw.goal)
         self._goal = draw.goal
         if self.watcher is not None:
             self.watcher.begin()
@@ -269,9 +270,9 @@ class WorldsInTurn(BatchSimulator):
             self._told[k] = watcher.perceive(_row(now, k), world.actor.sensor_suite.cameras)
         return _joined(self._told)
 
-    def frame(self, now: Instant) -> EpisodeFrame:
-        """Return the first world's present frame."""
-        return self.worlds[0].frame()
+    def frame(self, now: Instant, row: int = 0) -> EpisodeFrame:
+        """Return the present frame of one world."""
+        return self.worlds[row].frame()
 
     def snapshot(self) -> dict[str, Any]:
         """Refuse: the state of a rigid-body scene is not available as plain data.

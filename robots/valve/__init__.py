@@ -1,0 +1,1 @@
+"""A valve with a lever that a hand turns."""
