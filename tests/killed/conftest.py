@@ -23,6 +23,8 @@ from seals.logs.table import read_parquet
 SEALS = (sys.executable, "-c", "import sys; from seals.cli.main import main; sys.exit(main())")
 PATIENCE = 300.0
 """Time after which a command that was left alone hangs [s]."""
+SOON = 0.3
+"""Longest time from a checkpoint to a kill that follows it [s]."""
 _CLOCK = ("seconds", "planning_seconds", "steps_per_second", "started", "created", "date")
 _LIFE = ("git", "overrides", "resume_of", "repeat_of", "remarks", "run_id")
 _PLACES = ("log", "out", "path", "file", "folder")
@@ -91,7 +93,10 @@ class Killer:
         for _ in range(kills):
             words, place = self._next(job, lives)
             lives.append(place)
-            if not self._kill(words, after=self.random.uniform(0.0, took)):
+            # every other time soon after a checkpoint: most of a short command is its start
+            mark = place / job.kept if job.kept and not job.apart and len(lives) % 2 == 0 else None
+            after = self.random.uniform(0.0, took if mark is None else SOON)
+            if not self._kill(words, after=after, mark=mark):
                 break  # it was done sooner than that
         words, place = self._next(job, lives)
         code, said = self.finish(words)
@@ -112,8 +117,15 @@ class Killer:
     def _can(job: Job, life: Path) -> bool:
         return bool(job.kept) and (life / job.kept).exists()
 
-    def _kill(self, words: Sequence[str], *, after: float) -> bool:
-        """Start a command, kill it after a while; return whether it still ran."""
+    def _kill(self, words: Sequence[str], *, after: float, mark: Path | None = None) -> bool:
+        """Start a command, kill it after a while; return whether it still ran.
+
+        Args:
+            words: of the command.
+            after: time from its start, or from the moment at which it writes `mark` [s].
+            mark: file, or None.
+        """
+        before = _written(mark)
         with subprocess.Popen(
             [*SEALS, *words],
             cwd=self.folder,
@@ -122,6 +134,8 @@ class Killer:
             start_new_session=True,
         ) as child:
             try:
+                while mark is not None and _written(mark) == before and child.poll() is None:
+                    time.sleep(0.01)
                 child.wait(after)
                 return False
             except subprocess.TimeoutExpired:
@@ -155,6 +169,11 @@ class Killer:
             check=False,
         )
         return done.returncode, f"seals {' '.join(words)}\n{done.stdout}{done.stderr}"
+
+
+def _written(path: Path | None) -> int:
+    """Time at which a file was written last [ns]; 0 without one."""
+    return path.stat().st_mtime_ns if path is not None and path.exists() else 0
 
 
 def same(one: Path, other: Path, job: Job) -> None:

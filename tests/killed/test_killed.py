@@ -53,11 +53,20 @@ RUNS = {
     ],
 }
 """Runs that go on at their last checkpoint, in a folder of their own."""
-TRAINING = [
-    *("train", "env=reach", "learner=sac", "task.duration=0.4", "count=2", "learner.hidden=[8]"),
-    *("learner.batch=4", "learner.random_steps=4", "course.steps=160", "course.look_every=40"),
-    *("course.log_every=20", "course.episodes=2", "course.checkpoint=0.2", "seed=5"),
-]
+_COURSE = (
+    *("task.duration=0.4", "course.look_every=40", "course.log_every=20", "course.episodes=2"),
+    *("course.checkpoint=0.2", "seed=5", "learner.hidden=[8]", "learner.batch=4"),
+)
+_PLAYED = ("count=2", "course.steps=160")
+_SHOWN = "demonstrations=aam/reach"
+TRAININGS = {
+    "interaction": ["learner=sac", "learner.random_steps=4", *_PLAYED],
+    "demonstrations": [
+        *("learner=sacfd", _SHOWN, "learner.pretrain=20", "learner.random_steps=4", *_PLAYED)
+    ],
+    "imitation": ["learner=dagger_few", "learner.led=10", *_PLAYED],
+}
+"""Kinds of training: the words beside those of the course."""
 DIAGNOSIS = ["diagnose", FLIGHT_A, "processes=2", "plan=false"]
 OUT = "out={}"
 ANEW: dict[str, tuple[list[str], str, dict[str, Any]]] = {
@@ -149,10 +158,12 @@ def test_a_run_goes_on_after_five_kills(name: str, killer: Killer) -> None:
 
 
 @pytest.mark.killed
-def test_a_training_goes_on_after_five_kills(killer: Killer) -> None:
+@pytest.mark.parametrize("kind", TRAININGS)
+def test_a_training_goes_on_after_ten_kills(kind: str, killer: Killer) -> None:
     """Curves and weights are those of a training in one go, bit for bit."""
     pytest.importorskip("torchrl", reason="the extra learn is not installed")
-    killer.haunt(TRAINING, place=HERE, again=["train", "resume={}"], kept="checkpoint.bin")
+    job = ["train", "env=reach", *_COURSE, *TRAININGS[kind]]
+    killer.haunt(job, kills=10, place=HERE, again=["train", "resume={}"], kept="checkpoint.bin")
 
 
 @pytest.mark.killed
