@@ -131,9 +131,9 @@ def setting(
     Example:
         >>> from dataclasses import dataclass
         >>> @dataclass(kw_only=True)
-        ... class Gains:
+        ... class Wheel:
         ...     speed_gain: float = setting(2.5, "1/s", bounds=(0.0, 100.0), source="chosen")
-        >>> Gains().speed_gain
+        >>> Wheel().speed_gain
         2.5
     """
     return param(default, unit, bounds=bounds, tolerance=0.0, source=source, fit=False, later=later)
