@@ -219,7 +219,8 @@ class BatchDynamics:
             rows = rows.reshape(-1, 1) if rows.ndim < 2 else rows
             return rows.expand(batch, *rows.shape[1:]) if rows.shape[0] == 1 else rows
 
-        given = [x._replace(step=None) for x in inputs]
+        nothing: Any = None
+        given = [x._replace(step=nothing) for x in inputs]
         values = mapped({k: as_like(v, self.like) for k, v in self._values.items()}, whole)
         found: tuple[TwinState, Rates, Mapping[str, Array]] = self._kernels[step, span](
             *(values, mapped(tuple(given), whole), memory, whole(time), state)

@@ -214,7 +214,9 @@ class PilotedTwin:
             share = self._share(held.memory)
             return self._advance(held, self._drives.limited(goal, share), now, share)
 
-        return iterate(moved, moved(flight._replace(control=control), posture), steps - 1)
+        first = moved(flight._replace(control=control), posture)
+        later: Flight = iterate(moved, first, steps - 1)
+        return later
 
     def _order(
         self, flight: Flight, wanted: Mapping[str, Array], steps: int, posture: Posture | None

@@ -232,4 +232,5 @@ def _compiled(text: str) -> Any:
             raise CannotCompile(f"the kernel was refused: {problem}") from problem
         with contextlib.suppress(OSError):  # compiled anew the next time
             keep(place, code)
-    return load(code, ["rows"])["rows"]
+    kernels: Any = load(code, ["rows"])
+    return kernels["rows"]

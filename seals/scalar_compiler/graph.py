@@ -33,7 +33,7 @@ class Node:
         self, op: str, args: tuple[Any, ...], graph: dict[Any, Node], *, logical: bool
     ) -> None:
         self.op, self.args, self.graph, self.logical = op, args, graph, logical
-        self.wide = op == "widen" or (op != "narrow" and any(x.wide for x in self.sources()))
+        self.wide: bool = op == "widen" or (op != "narrow" and any(x.wide for x in self.sources()))
         self.number = next(_NUMBER)
 
     def __bool__(self) -> bool:

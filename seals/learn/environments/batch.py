@@ -171,8 +171,8 @@ class Environments:
                 if self._recorded is None:
                     from seals.learn.recorded import Recorded
 
-                    held = by_component((self._scene, asked))
-                    self._recorded = Recorded(self._advance, *held, self._generator)
+                    scene, given = by_component((self._scene, asked))
+                    self._recorded = Recorded(self._advance, scene, given, self._generator)
                 found, self.reached = self._recorded(asked)
                 self._scene = self._recorded.state
             callback = self.simulator.frame_callback
@@ -433,8 +433,9 @@ class Environments:
             return torch.from_numpy(held).to(self.device)
         if not is_tensor(values):
             xp = namespace(values)
-            known: Any = xp.where(xp.isfinite(values), values, none)
-            return known if most is None else xp.minimum(xp.maximum(known, -most), most)
+            held = xp.where(xp.isfinite(values), values, none)
+            traced: Tensor = held if most is None else xp.minimum(xp.maximum(held, -most), most)
+            return traced
         tensor = torch.nan_to_num(values.to(self.device, torch.float32), none, none, none)
         return tensor if most is None else tensor.clamp(-most, most)
 
