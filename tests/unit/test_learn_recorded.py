@@ -160,7 +160,7 @@ def test_episodes_begin_at_starts_drawn_ahead(monkeypatch: pytest.MonkeyPatch) -
     ended = torch.tensor([True, False, True, False, False, True])
     before = twins._scene
     chance = twins._starts.chances(6, twins._generator)
-    after = twins._reset_ended(before, ended, chance)
+    after = twins._reset_ended(before, ended, twins._starts.picked(chance))
     goals = {tuple(row) for row in twins._starts.goal.tolist()}
     for k, new in enumerate(ended.tolist()):
         row = tuple(after.goal[k].tolist())

@@ -55,15 +55,15 @@ def remarks(findings: list[RobotFinding], verdict: Verdict) -> str:
 
 def test_ros_package_is_taken_over(tmp_path: Path) -> None:
     """package:// meshes, a massless root and foreign blocks: `seals new` makes a sound folder."""
-    made = scaffold_robot("rover", URDFS / "rover_ros" / "urdf" / "rover.urdf", parent=tmp_path)
+    made = scaffold_robot("wanderer", URDFS / "rover_ros" / "urdf" / "rover.urdf", parent=tmp_path)
     assert made.robot.links == ("base_link", "wheel")
     assert made.robot.mass.sum() == pytest.approx(2.7)
     assert np.isinf(made.robot.upper[0])
-    assert [p.name.lower() for p in (tmp_path / "rover" / "meshes").iterdir()] == ["hull.stl"]
+    assert [p.name.lower() for p in (tmp_path / "wanderer" / "meshes").iterdir()] == ["hull.stl"]
     # the box of 0.3 x 0.2 x 0.1 m and the wheel of 0.04 m radius and 0.02 m width
     volume = sum(hull.volume for hull in made.hulls.values())
     assert volume == pytest.approx(0.006 + math.pi * 0.04**2 * 0.02, rel=0.01)
-    settings = RobotSettings(name="rover", folder=str(made.folder), urdf="rover.urdf")
+    settings = RobotSettings(name="wanderer", folder=str(made.folder), urdf="wanderer.urdf")
     stays_whole(build_robot(settings))
 
 
