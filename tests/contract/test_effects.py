@@ -33,6 +33,8 @@ from seals.testing.effect import MEMORY_ORDER, EffectReport, material_effect
 from seals.testing.scenes import Case
 
 EFFECTS = registry.names("effect")
+BESIDE = ("downwash",)
+"""Effects of other robots, which do nothing to one alone: tests/verification/test_downwash.py."""
 DURATION = {"ground_effect": 1.0}
 """Compared time where half a second is too short for the order of the steps to show [s]."""
 COARSE = {"steps": (0.004,), "duration": 0.5}
@@ -70,7 +72,8 @@ def hook_of(cls: type[Effect]) -> str | None:
     return next((h for h in MOVING if hasattr(cls, h)), None)
 
 
-MOVERS = [name for name in EFFECTS if hook_of(registry.get("effect", name).load())]
+ALONE = [name for name in EFFECTS if name not in BESIDE]
+MOVERS = [name for name in ALONE if hook_of(registry.get("effect", name).load())]
 ACTUATORS: dict[str, dict[str, float]] = {
     "rotors": {},
     "thrusters": {},
@@ -102,7 +105,7 @@ def flipped(cls: type[Effect]) -> type[Effect]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", ALONE)
 def test_an_installed_effect_keeps_the_contract(name: str) -> None:
     """Declaration, libraries, purity, power, and twin = simulator at 4 and 1 ms, second order.
 
