@@ -26,7 +26,7 @@ from seals.multibody.equations import scatter
 from seals.multibody.kinematics import take
 from seals.pytree import mapped
 from seals.robot.model import RobotModel
-from seals.scalar_compiler import constant
+from seals.scalar_compiler import CannotCompile, constant
 from seals.scalar_compiler.device_rows import DeviceLaw
 
 Ahead = tuple[Rates, Any] | None
@@ -59,7 +59,8 @@ class BatchDynamics:
 
     Assumptions:
         No contacts. Effects' memory and inputs are held over a step. On an accelerator an explicit
-        step is one kernel (`seals.scalar_compiler.device_rows`), compiled for its first call.
+        step is one kernel (`seals.scalar_compiler.device_rows`), compiled for its first call;
+        what has no kernel is computed operation by operation.
 
     Example:
         >>> BatchDynamics  # doctest: +ELLIPSIS
@@ -88,6 +89,7 @@ class BatchDynamics:
         self._parts = robot, effects, environment, waves
         self._values = values or {}
         self._kernels: dict[tuple[float, float], DeviceLaw] = {}
+        self._plain = False
         self.robot, self.batch, self.like = robot, batch, like
         self.effects = effects.with_values(values or {}, like, batch)
         bodies = robot.bodies(like, batch)
@@ -193,8 +195,15 @@ class BatchDynamics:
         """
         if self._stiff(step):
             return self._implicit(state, time, step, inputs, posture)
-        law = self._launched if on_accelerator(state.position) else self._explicit
-        now, k1, self.memory = law(state, time, step, inputs, self.memory, posture)
+        given = state, time, step, inputs, self.memory, posture
+        if on_accelerator(state.position) and not self._plain:
+            try:
+                now, k1, self.memory = self._launched(*given)
+                return now, k1
+            except CannotCompile:
+                # operation by operation, as any law on tensors
+                self._plain = True
+        now, k1, self.memory = self._explicit(*given)
         return now, k1
 
     def _launched(  # noqa: PLR0917  as `_explicit`

@@ -313,7 +313,7 @@ def _noise(log: Log, stem: str) -> float:
         third = np.diff(turns, 2, axis=0)
     else:
         third = np.diff(values, 3, axis=0)
-    # the median says what is noise; the mean square of that scatters half as much as the median
+    # the median says what is noise; the mean square of that scatters a fifth less than the median
     inside = np.abs(third) <= _NOISE_AT * np.median(np.abs(third), axis=0)
     axes = np.sqrt((third**2 * inside).sum(axis=0) / inside.sum(axis=0) / _INSIDE)
     largest, shared = float(np.max(axes)), float(np.sqrt(np.mean(axes**2)))

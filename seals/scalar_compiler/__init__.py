@@ -1,7 +1,8 @@
-"""Compiler for the effects of one robot: scalar tracing, then LLVM machine code.
+"""Compiler of laws: scalar tracing for one robot, then machine code by LLVM, or C for a device.
 
 A robot is so small that a call of NumPy costs more than its arithmetic. A law on the array API runs
-once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one function of the graph.
+once on `Traced` arrays, whose entries are nodes of a graph; LLVM makes one function of the graph,
+or a kernel of an accelerator is written, a thread a robot (`device_rows`).
 """
 
 from seals.scalar_compiler import functions as functions

@@ -118,6 +118,24 @@ def test_a_batch_on_an_accelerator_moves_as_one_on_numpy(
             np.testing.assert_allclose(found, expected, rtol=exact, atol=exact, err_msg=name)
 
 
+def test_a_batch_without_a_kernel_is_computed_operation_by_operation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A compiler that refuses the text, or none, leaves the result as it is."""
+
+    def refused(text: str) -> Any:
+        raise CannotCompile("no compiler")
+
+    monkeypatch.setattr("seals.scalar_compiler.device_rows._compiled", refused)
+    settings, found = run_settings(["robot=ball"]), []
+    for there in (True, False):
+        monkeypatch.setattr("seals.batch.model.on_accelerator", lambda x, there=there: there)
+        twin, start = build_twin(settings, batch=2, like=torch.zeros(1, dtype=torch.float64))
+        found.append(twin.step(start, 0.0, 0.02)[0].velocity)
+    assert torch.equal(*found)
+    assert bool((found[0][:, 2] < -0.1).all())
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize("task", ["hover", "reach"])
 def test_a_control_step_on_an_accelerator_is_that_of_numpy(task: str) -> None:
