@@ -16,6 +16,7 @@ HEAD = """#include <cmath>
 struct Place { int x; };
 static thread_local Place blockIdx, blockDim, threadIdx;
 #define __global__
+#define __launch_bounds__(threads, blocks)
 """
 
 

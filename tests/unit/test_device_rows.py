@@ -41,7 +41,8 @@ def test_a_law_of_rows_becomes_a_kernel(kind: Any) -> None:
     """Every result has the shape and the numbers of NumPy, whatever lies in which order."""
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0.1, 2.0, (7, 3)), rng.uniform(0.1, 2.0, (7, 2))
-    kernel = DeviceRowKernel(law, [(1, 3), (1, 2)], torch.zeros(1, dtype=kind))
+    kernel = DeviceRowKernel(law, [(1, 3), (1, 2)], torch.zeros(1, dtype=kind), rows=1_000_000)
+    assert "__launch_bounds__" in kernel.text
     given = [torch.tensor(x, dtype=kind), torch.tensor(y.T.copy(), dtype=kind).T]
     exact = 1e-14 if kind is torch.float64 else 1e-6
     for found, expected in zip(kernel(given), law(x, y), strict=True):
