@@ -115,7 +115,8 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
     yield "tolerance:"
     wet = log.has("depth")
     for name, (sigma, meaning, why) in _tolerances(facts, vehicle, wet).items():
-        yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}'}}  # {why}"
+        source = f"source: {why.split(':')[0]}"
+        yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}', {source}}}  # {why}"
     medium = "water" if _stays_below(log, vehicle) else "air"
     yield from _disturbance(facts, mass, medium, _LEVER * _arm(vehicle))
     yield from _motors(log)

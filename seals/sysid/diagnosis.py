@@ -48,7 +48,7 @@ class Diagnosis:
         search: what was tried.
         answer: verdict and claims.
         held_out: misfit per degree of freedom on rows that no fit saw: ``stated`` of the stated
-            model, ``before`` with its numbers fitted within their tolerances, ``after`` with the
+            model, ``before`` with its numbers fitted where that predicts better, ``after`` with the
             effects besides, and ``noise_floor``.
         seconds: that it took.
         source: path and checksum of the log, or a list of them, when it came from files.
@@ -322,12 +322,14 @@ def diagnose(
                 searched(problem, found)
             answer = replace(second, stated_wrong=still_wrong(problem, answer, second, held))
             chosen = answer.claims[0].hypothesis
-    before = held_out_misfit(found.nominal)
-    after = held_out_misfit(chosen)
+    stated = stated_misfit(found.nominal)
+    # a number that a single manoeuvre tells is predicted badly by all the others: it stays
+    before = min(held_out_misfit(found.nominal), stated)
+    after = held_out_misfit(chosen) if answer.claims else before
     if problem.samples.posed:
         refuse_undefined("misfit", [before, after])
     held_out = {
-        "stated": stated_misfit(found.nominal),
+        "stated": stated,
         "before": before,
         "after": after,
         "noise_floor": 1.0,

@@ -197,7 +197,9 @@ def answer(
         policy=POLICY,
         impact=False,
         samples=SimpleNamespace(posed=True, logs=()),
-        vehicle=SimpleNamespace(servo={}, has_water=False, simulated_step=simulated_step),
+        vehicle=SimpleNamespace(
+            servo={}, has_water=False, simulated_step=simulated_step, assumed=False
+        ),
         plant=None,
     )
     rounds = ((best,),) if candidates else ()

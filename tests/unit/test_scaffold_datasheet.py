@@ -127,6 +127,7 @@ def test_the_sheet_says_of_every_number_where_it_is_from(tmp_path: Path) -> None
     )
     # the bias of 0.02 rad/s is larger than is usual: no tolerance, but told
     assert sheet["tolerance"]["gyroscope_bias"]["sigma"] == pytest.approx(0.005)
+    assert sheet["tolerance"]["mass"]["source"] == "assumed"
     assert "mean rate at rest 0.02" in text
     numbers = [line for line in text.splitlines() if "sigma" in line]
     assert len(numbers) > 12

@@ -66,6 +66,7 @@ class Vehicle(Subject):
         fall: time constants of the actuators while they slow down [s], shape (n,); None for
             ``lag``.
         command_latency: mean time from the row of a command to its effect [s].
+        assumed: whether the data sheet says of a tolerance that it is a rule of thumb.
     """
 
     gust: Floats
@@ -78,6 +79,7 @@ class Vehicle(Subject):
     sea: Any = None
     fall: Floats | None = None
     command_latency: float = JITTER
+    assumed: bool = False
 
     @property
     def name(self) -> str:
@@ -154,6 +156,7 @@ def _vehicle_of(
         full_voltage=_full_voltage(meta["vehicle"] if description.of_log else meta),
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
+        assumed=any(v.get("source") == "assumed" for v in meta.get("tolerance", {}).values()),
         gust=np.array([gust.get("force_sigma", 0.0), gust.get("torque_sigma", 0.0)], dtype=float),
         gust_time=float(gust.get("correlation_time", 0.35)),
         imu_position=np.asarray(imu.get("position", [0.0, 0.0, 0.0]), dtype=float),

@@ -13,6 +13,7 @@ from seals.sysid.decision.answer import Answer, Claim, Rival, claim_against, rep
 from seals.sysid.decision.data_sheet import with_data_sheet
 from seals.sysid.decision.intervals import holds_zero
 from seals.sysid.decision.moved_numbers import MovedNumber, stated_wrong
+from seals.sysid.decision.policy import TieRule
 from seals.sysid.decision.reasons_against import (
     better_general_law,
     changing_flow,
@@ -119,7 +120,10 @@ def _named(
     """Claim the effects of the best model with their confidences."""
     best, policy = search.best, problem.policy
     temperature = evidence_temperature(problem)
-    claims = [_claim(search, best, k, temperature, processes) for k in range(len(best.candidates))]
+    ties = policy.evidence_ties(assumed=problem.vehicle.assumed)
+    claims = [
+        _claim(search, best, k, temperature, ties, processes) for k in range(len(best.candidates))
+    ]
     if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * open_answer.explained) for c in claims]
     least = _least_share(problem, search)
@@ -144,7 +148,7 @@ def _named(
     late = _pose_late(claims)
     if late:
         return open_answer.ended(Verdict.bad_data, late)
-    named = [c for c in reported(claims, policy.evidence_ties) if not holds_zero(c)]
+    named = [c for c in reported(claims, ties) if not holds_zero(c)]
     if not named:
         words = f"the intervals of {', '.join(c.name for c in claims)} hold zero"
         return open_answer.ended(Verdict.cannot_tell, words)
@@ -410,6 +414,7 @@ def _claim(
     best: EvidenceHypothesis,
     index: int,
     temperature: float,
+    ties: TieRule,
     processes: int,
 ) -> Claim[EvidenceHypothesis]:
     """Compute the confidence in one effect against its rivals.
@@ -429,7 +434,7 @@ def _claim(
         odds = float(np.exp(-min(gap / temperature, 50.0)))
         if rival.name != own.name:
             found.append(Rival(rival.name, gap, temperature, odds))
-    return claim_against(best, index, found, policy.evidence_ties)
+    return claim_against(best, index, found, ties)
 
 
 def score_without(

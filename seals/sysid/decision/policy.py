@@ -214,6 +214,11 @@ class DecisionPolicy:
     indistinguishable: float = threshold(
         3.0, EVIDENCE, "gap within which two effects cannot be told apart"
     )
+    indistinguishable_assumed: float = threshold(
+        8.0,
+        EVIDENCE,
+        "the same where tolerances are rules of thumb: half of the names so close were right",
+    )
     mentioned: float = threshold(14.0, EVIDENCE, "gap within which an effect is listed as similar")
     unposed: float = threshold(
         4.0, "1", "factor on confidence scales without a pose: of whole runs the start is uncertain"
@@ -381,11 +386,15 @@ class DecisionPolicy:
                 one.name, getattr(self, one.name), one.metadata["unit"], one.metadata["reason"]
             )
 
-    @property
-    def evidence_ties(self) -> TieRule:
-        """Rule for models of one log: the unit is the evidence temperature."""
+    def evidence_ties(self, *, assumed: bool = False) -> TieRule:
+        """Return the rule for models of one log: the unit is the evidence temperature.
+
+        Args:
+            assumed: whether tolerances are rules of thumb.
+        """
+        tied = self.indistinguishable_assumed if assumed else self.indistinguishable
         return TieRule(
-            tied=self.indistinguishable / self.temperature,
+            tied=tied / self.temperature,
             alike=self.mentioned / self.temperature,
             further=self.confidence_further,
             listed=3,
