@@ -127,6 +127,10 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
     Raises:
         ConfigError: there is no such file, no such reader, or the reader has no such field.
         LogError: the content cannot be used.
+
+    Example:
+        >>> len(load_logs("hidden_effect/flight_a"))
+        1
     """
     from seals.logs.reader import reader_of
     from seals.logs.shipped import find_log

@@ -28,7 +28,16 @@ class SealsError(Exception):
 
 
 class ConfigError(SealsError):
-    """A configuration value, key or combination is not allowed."""
+    """A configuration value, key or combination is not allowed.
+
+    Example:
+        >>> from seals import make
+        >>> try:
+        ...     make(["robot=bal"])
+        ... except ConfigError as error:
+        ...     "ball" in str(error)
+        True
+    """
 
 
 class UnknownPlugin(ConfigError):
@@ -44,7 +53,16 @@ class MissingExtra(SealsError):
 
 
 class LogError(SealsError):
-    """A measured log, or a data set, cannot be used."""
+    """A measured log, or a data set, cannot be used.
+
+    Example:
+        >>> from seals import Log
+        >>> try:
+        ...     Log(name="drop", columns={"t": [0.0, 1.0]}).channel("position")
+        ... except LogError as error:
+        ...     error.exit_code
+        2
+    """
 
 
 class NotFitted(SealsError, AttributeError):
@@ -60,11 +78,29 @@ class OutOfMemory(SealsError):
 
 
 class RobotError(SealsError):
-    """A robot description (URDF, mesh, robot.yaml) cannot be used."""
+    """A robot description (URDF, mesh, robot.yaml) cannot be used.
+
+    Example:
+        >>> from pathlib import Path
+        >>> from seals.robot.structure import check_structure
+        >>> try:
+        ...     check_structure(Path("tree.urdf"), "<robot")
+        ... except RobotError as error:
+        ...     error.exit_code
+        2
+    """
 
 
 class PhysicsError(SealsError):
-    """The simulation was set to, or reached, a state outside its valid range."""
+    """The simulation was set to, or reached, a state outside its valid range.
+
+    Example:
+        >>> try:
+        ...     raise PhysicsError("the speed of base is 1e9 m/s")
+        ... except SealsError as error:
+        ...     error.exit_code
+        2
+    """
 
 
 @contextlib.contextmanager

@@ -14,7 +14,12 @@ from seals.arrays import Array, namespace
 
 
 class MediumKind(Enum):
-    """The medium in which an effect acts."""
+    """The medium in which an effect acts.
+
+    Example:
+        >>> [kind.name for kind in MediumKind]
+        ['water', 'air', 'any']
+    """
 
     water = "water"
     air = "air"
@@ -51,6 +56,13 @@ class Motion(NamedTuple):
         velocity: of the link origin over ground, link axes [m/s], shape (N, 3).
         angular_velocity: link axes [rad/s], shape (N, 3).
         body: constant properties of the links.
+
+    Example:
+        >>> import numpy as np
+        >>> still, turn = np.zeros((1, 3)), np.eye(3)[None]
+        >>> up = np.array([[0.0, 0.0, 1.0]])
+        >>> Motion(np.zeros((1, 1)), still, turn, up, still, still, None).position.shape
+        (1, 3)
     """
 
     time: Array
@@ -84,6 +96,10 @@ class Medium(NamedTuple):
         depth: of the link origin below the water surface [m], shape (N, 1); None without water.
         water_density: at the link [kg/m^3], shape (1 or N, 1); None when not known.
         air_density: [kg/m^3], shape (1, 1); None when not known.
+
+    Example:
+        >>> Medium._fields[:3]
+        ('medium_fraction', 'velocity', 'acceleration')
     """
 
     medium_fraction: Array
@@ -150,6 +166,12 @@ class Inputs(NamedTuple):
         voltage: terminal voltage of the battery [V], shape (1 or B, 1); None when not known.
         joint_command: commanded joint positions [rad or m], shape (1 or B, J); None for none.
         joint_rate: commanded joint velocities [rad/s or m/s], shape (1 or B, J); None for zero.
+
+    Example:
+        >>> import numpy as np
+        >>> rotors = np.full((1, 4), 350.0)
+        >>> Inputs(step=0.004, joint_torque=np.zeros((1, 0)), drive=rotors).drive.shape
+        (1, 4)
     """
 
     step: float

@@ -45,6 +45,14 @@ class Allocation:
 
     Attributes:
         full: whether the drives command all rows independently of each other.
+
+    Example:
+        >>> from seals import make
+        >>> with make(["robot=hexacopter", "guide=hover"]) as world:
+        ...     plant = world.actors["robot"].pilot.plant
+        >>> allocation = Allocation(plant.layout)
+        >>> allocation.full, allocation.commands(np.array([20.0, 0.0, 0.0, 0.0])).shape
+        (True, (6,))
     """
 
     saturation: Saturation

@@ -80,6 +80,13 @@ class Plant(NamedTuple):
         layout: of all drives.
         environment: gravity, densities, water level.
         effects: the effects of the robot, for controllers that use the model of one.
+
+    Example:
+        >>> from seals import make
+        >>> with make(["robot=hexacopter", "guide=hover"]) as world:
+        ...     plant = world.actors["robot"].pilot.plant
+        >>> plant.layout.drives, plant.robot.name
+        (6, 'hexacopter')
     """
 
     robot: RobotModel

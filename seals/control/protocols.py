@@ -73,6 +73,13 @@ class RobotState(NamedTuple):
             world, for animals that see.
         phase: of the legs of a robot that walks, as its gait remembers it [cycles], shape (legs,);
             empty for others.
+
+    Example:
+        >>> from seals import make
+        >>> with make(["robot=hexacopter", "guide=hover"]) as world:
+        ...     plant = world.actors["robot"].pilot.plant
+        >>> isinstance(plant.gravity, float), "submersion" in RobotState._fields
+        (True, True)
     """
 
     time: float
@@ -262,7 +269,14 @@ class CommandLaw(NamedTuple):
 
 
 class ControllerOptions:
-    """Optional attributes of a controller and their defaults; see `options_of`."""
+    """Optional attributes of a controller and their defaults; see `options_of`.
+
+    Example:
+        >>> class Still(ControllerOptions):
+        ...     pass
+        >>> Still.needs_mass_properties, Still.inner
+        (True, False)
+    """
 
     needs_mass_properties: ClassVar[bool] = True
     """Whether it asks for mass properties, buoyancy and limits of drives; situations hold those of

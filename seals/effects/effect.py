@@ -109,6 +109,11 @@ class Effect(EffectOptions):
         links: link names; ``root`` is the base link and ``*`` every link.
         correction: True for a deliberate addition to an effect of the same kind on the same link,
             for example a change found by comparison with measurements.
+
+    Example:
+        >>> from seals.plugins.effects.linear_drag import DragLinear
+        >>> issubclass(DragLinear, Effect), DragLinear(coefficient_x=0.2).coefficient_x
+        (True, 0.2)
     """
 
     links: list[str] = field(default_factory=lambda: ["root"])

@@ -105,6 +105,10 @@ class Identification:
         formula: its parameters are the terms of a formula: a force that no effect explains becomes
             an instance of it.
         compared: how comparisons of several runs try it; None where they do not.
+
+    Example:
+        >>> Identification(scales={"stiffness": 5.0}).searched
+        True
     """
 
     scales: Mapping[str, float] = field(default_factory=dict)

@@ -163,6 +163,14 @@ def write_native(
 
     Raises:
         LogError: the table has another name, or the folder cannot be written.
+
+    Example:
+        >>> from tempfile import TemporaryDirectory
+        >>> from seals import write_log
+        >>> log = Log(name="drop", columns={"t": [0.0, 0.1], "position_z": [1.0, 0.95]}, meta={})
+        >>> with TemporaryDirectory() as folder:
+        ...     write_log(log, f"{folder}/drop").name
+        'drop'
     """
     refuse_unlisted(table, TABLES, f"'{table}' is not a table of a log folder", error=LogError)
     side = {key: getattr(log, key) for key in _SIDE if getattr(log, key)}

@@ -58,6 +58,12 @@ class RobotModel:
         legs: by name.
         surface: contact coefficients in place of those in the URDF, or None.
         held: whether its joints are held, see `seals.robot.fusing`.
+
+    Example:
+        >>> from seals import load_robot
+        >>> ball = load_robot("ball")
+        >>> ball.mass.shape, ball.joints
+        ((1,), ())
     """
 
     name: str

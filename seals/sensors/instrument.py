@@ -45,6 +45,11 @@ class Instrument(PlacedSensor, ABC):
     Args:
         position: mounting point in link axes [m].
         rpy: turn of the sensor's axes against those of the link [rad].
+
+    Example:
+        >>> from seals.plugins.sensors.pressure import SensorPressure
+        >>> issubclass(SensorPressure, Instrument), SensorPressure(latency=0.05).latency
+        (True, 0.05)
     """
 
     idles: ClassVar[bool] = True

@@ -90,6 +90,13 @@ class SensorInput(NamedTuple):
         camera: view of the scene of a camera, None for other sensors.
         turning: angular velocity at the start of the last step, in link axes as they were then
             [rad/s], shape (3,): that of ``angular_acceleration``; None for ``angular_velocity``.
+
+    Example:
+        >>> import numpy as np
+        >>> still, up = np.zeros(3), np.array([0.0, 0.0, 9.81])
+        >>> felt = SensorInput(0.0, 0.004, still, np.eye(3), still, still, up, still)
+        >>> felt.pressing, felt.specific_force.tolist()
+        (0.0, [0.0, 0.0, 9.81])
     """
 
     time: float

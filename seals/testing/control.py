@@ -60,6 +60,10 @@ def check_guide(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_guide("hover", robot="hexacopter").name
+        'hover'
     """
     made: Guide
     name, made, course = _bound("guide", guide, robot, values)
@@ -93,6 +97,10 @@ def check_controller(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_controller("cascade", robot="hexacopter").name
+        'cascade'
     """
     made: Controller
     name, made, course = _bound("controller", controller, robot, values)

@@ -90,6 +90,10 @@ def check_effect(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_effect("gravity", duration=0.02).name
+        'gravity'
     """
     name, cls = class_of("effect", effect)
     hooks = check_effect_declaration(name, cls)

@@ -58,6 +58,10 @@ def check_reader(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_reader("csv").name
+        'csv'
     """
     name, cls = class_of("reader", reader)
     check_declaration(name, cls, headings=False)

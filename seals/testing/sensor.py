@@ -68,6 +68,10 @@ def check_sensor(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_sensor("pressure").name
+        'pressure'
     """
     name, cls = class_of("sensor", sensor)
     check_declaration(name, cls)

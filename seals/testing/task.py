@@ -48,6 +48,10 @@ def check_task(
 
     Raises:
         ContractError: a promise does not hold; also an AssertionError.
+
+    Example:
+        >>> check_task("hover", robot="hexacopter").name
+        'hover'
     """
     made: Task
     name, made = build_declared("task", task, values, headings=False)

@@ -26,6 +26,11 @@ class Ledger:
     Attributes:
         time: [s], shape (rows,).
         wrenches: [N, N m], shape (rows, effects, links, 6).
+
+    Example:
+        >>> ledger = Ledger(["gravity", "drag"], ["base"])
+        >>> ledger.wrenches.shape
+        (0, 2, 1, 6)
     """
 
     effects: tuple[str, ...]

@@ -78,6 +78,13 @@ class World:
     Attributes:
         time: [s].
         rngs: random state of the sensors of each actor, by name.
+
+    Example:
+        >>> from seals import make
+        >>> with make(["robot=ball", "initial.position=[0, 0, 1]"]) as world:
+        ...     world.advance(5)
+        ...     list(world.actors), round(world.time, 3)
+        (['robot'], 0.02)
     """
 
     backend: Backend
@@ -225,6 +232,13 @@ class World:
             actor.restore(kept)
         if self.fluid is not None:
             self.fluid.restore(snapshot.fluid)
+
+    def __enter__(self) -> World:
+        """Return the world: ``with`` closes it."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
 
     def close(self) -> None:
         """Release backend, fluid and renderer."""

@@ -87,7 +87,7 @@ def test_a_rival_for_a_time_must_explain_a_share(
         other = replace(other, candidates=(wind, tether.acting(LATE)))
     search: Search[Any] = Search(nominal=alone, best=best, rounds=((alone,),))
     monkeypatch.setattr(evidence, "rivals_of", lambda *given, processes: (other,))
-    claim = evidence._claim(search, best, 1, 2.0, DecisionPolicy().evidence_ties(), 1)
+    claim = evidence._claim(search, best, 1, 2.0, DecisionPolicy().evidence_ties(), processes=1)
     assert (claim.confidence > 0.9) is sure
 
 

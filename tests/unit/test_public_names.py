@@ -42,11 +42,13 @@ def test_importing_the_package_imports_nothing_else() -> None:
 
 @pytest.mark.parametrize("name", seals.__all__)
 def test_a_public_name_is_there_and_documented(name: str) -> None:
-    """It resolves, and says in a sentence what it is."""
+    """It resolves, says in a sentence what it is, and shows an example."""
     found = getattr(seals, name)
     assert name in dir(seals)
     if name != "__version__" and name not in ALIASES:
-        summary = (inspect.getdoc(found) or "").partition("\n")[0]
+        text = inspect.getdoc(found) or ""
+        summary = text.partition("\n")[0]
+        assert ">>> " in text
         assert summary[:1].isupper(), summary
         assert summary[-1] in ".:", summary
 

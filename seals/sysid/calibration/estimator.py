@@ -171,6 +171,11 @@ def calibrate(
     Raises:
         ConfigError: there is no such log, or a name means none of the vehicle's numbers.
         LogError: a log cannot be used.
+
+    Example:
+        >>> found = calibrate("hidden_effect/flight_b", ["mass"])
+        >>> found.parameters_["mass"].value > 0.0
+        True
     """
     made = Calibrator(parameters=parameters, robot=robot, prior=prior, progress=progress)
     return made.fit(log, held_out=held_out)

@@ -122,7 +122,8 @@ def _named(
     temperature = evidence_temperature(problem)
     ties = policy.evidence_ties(assumed=problem.vehicle.assumed)
     claims = [
-        _claim(search, best, k, temperature, ties, processes) for k in range(len(best.candidates))
+        _claim(search, best, k, temperature, ties, processes=processes)
+        for k in range(len(best.candidates))
     ]
     if best.misfit > policy.misfit_trusted:
         claims = [replace(c, confidence=c.confidence * open_answer.explained) for c in claims]
@@ -415,6 +416,7 @@ def _claim(
     index: int,
     temperature: float,
     ties: TieRule,
+    *,
     processes: int,
 ) -> Claim[EvidenceHypothesis]:
     """Compute the confidence in one effect against its rivals.
