@@ -292,6 +292,8 @@ indoors, or a marker body stuck on by hand, is off by."""
 _UNLIKE = 0.3
 """Correlation of one axis below which its columns are doubted."""
 _TIE = 0.02
+_BEHIND = 0.06
+"""Delay of a pose against the inertial sensors beyond which no fit follows it [s]."""
 _LATE = 0.025
 """Time offset that is worth a word [s]: a tenth of the shortest period of a vehicle's motion."""
 _SIGNED = tuple(
@@ -451,4 +453,5 @@ def _clocks(log: Log) -> list[Finding]:
         "(gyroscope against attitude).\n"
         f"Correct the clock of the pose: seals convert ... 'late={{{pose}}}'"
     )
-    return [_warn("time_offset", "angular_velocity", text)]
+    refuse = offset.late < -max(_BEHIND, 3.0 * offset.spread)
+    return [_warn("time_offset", "angular_velocity", text, refuse=refuse)]

@@ -11,6 +11,7 @@ from seals.errors import LogError
 from seals.logs.accelerations import filtered_alike, second_derivative
 from seals.logs.axes import AxesSettings, with_axes
 from seals.logs.check import check_log
+from seals.logs.finding import Severity
 from seals.logs.log import Log
 from seals.logs.resample import even_rows
 from seals.logs.time_offset import time_offset
@@ -126,6 +127,14 @@ def test_a_late_clock_is_found_and_mended() -> None:
     mended = even_rows(log, 0.0, {"position": shift, "orientation": shift})
     assert "time_offset" not in _found(mended)
     assert "time_offset" not in _found(_flight())
+
+
+@pytest.mark.parametrize(("late", "refused"), [(0.1, False), (-0.03, False), (-0.1, True)])
+def test_a_pose_too_late_for_any_fit_is_refused(late: float, refused: bool) -> None:
+    """Late sensors are an effect; sensors ahead of the pose are a clock, to be set first."""
+    found = next(f for f in check_log(_flight(late=late)) if f.code == "time_offset")
+    assert (found.severity is Severity.REFUSE) == refused
+    assert "late={position" in found.message
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.12])
