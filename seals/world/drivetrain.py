@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace
-from seals.effects.binding import EffectSet
+from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import ActuatorOptions, Parameters
 from seals.errors import ConfigError
 from seals.motion import Inputs, Timing
@@ -408,13 +408,15 @@ def command_laws_of(effects: EffectSet, like: Array) -> tuple[CommandLaw, ...]:
     """
     laws = []
     ends = [b.hooks.first + b.hooks.count for b in effects.actuators]
-    still = as_like(np.zeros((1, max(ends, default=0))), like)
+    still = np.zeros((1, max(ends, default=0)))
     for b in effects.commands:
         for a in effects.actuators:
             if a.links == b.links:
                 columns = slice(a.hooks.first, a.hooks.first + a.hooks.count)
-                radius = a.hooks.drives(Inputs(0.0, still, still), a.params).radius
-                laws.append(CommandLaw(columns, radius, b.hooks.command, b.params))
+                # the parameters of the set may be those of another library
+                plain = bind_effects({a.name: a.effect}, a.effect.links).actuators[0].params
+                radius = a.hooks.drives(Inputs(0.0, still, still), plain).radius
+                laws.append(CommandLaw(columns, as_like(radius, like), b.hooks.command, b.params))
     return tuple(laws)
 
 
