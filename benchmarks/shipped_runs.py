@@ -22,6 +22,7 @@ MASS = {
     "impactor": 0.51,
     "pendulum": 0.1,
     "rov": 13.5,
+    "rov_arm": 13.97,
     "rover": 1.0,
     "sea_spider": 0.024,
     "ship_section": 46.8,
@@ -48,6 +49,7 @@ LENGTH = {
     "impactor": 0.02,
     "pendulum": 0.1,
     "rov": 0.25,
+    "rov_arm": 0.25,
     "rover": 0.07,
     "sea_spider": 0.02,
     "ship_section": 0.2,
@@ -256,6 +258,7 @@ _DRIVEN = ("guide=los", "guide.speed=0.15", "guide.lookahead=0.2", "initial.posi
 SCENES = (
     _dived("auv", (), speed=0.8),
     _dived("rov", (), speed=0.4),
+    _dived("rov_arm", _ARM_4, speed=0.4),
     _released(
         "box",
         "water",

@@ -175,7 +175,7 @@ class PilotedTwin:
         self.pilot = BatchPilot(settings.controller, plant, self.twin, joints=values_held)
         self.controller = self.pilot.law
         self.every = max(1, round(1.0 / (settings.controller.rate * step)))
-        self._drives = response_of(held).over_batch(like)
+        self._drives = response_of(held).over_batch(like, self.twin.effects)
         batteries = self.twin.effects.batteries
         self._full = batteries[0].hooks.full_voltage if batteries else None
         self._torque = self.twin.no_torque()
@@ -212,7 +212,7 @@ class PilotedTwin:
         def moved(held: Flight, now: Posture | None = None) -> Flight:
             now = self.twin.posture(held.state, held.time) if now is None else now
             share = self._share(held.memory)
-            return self._advance(held, self._drives.limited(goal, share), now, share)
+            return self._advance(held, self._drives.goal(goal, share), now, share)
 
         first = moved(flight._replace(control=control), posture)
         later: Flight = iterate(moved, first, steps - 1)

@@ -68,6 +68,7 @@ class EffectSet:
     inertia_changes: tuple[BoundEffect, ...]
     measures: tuple[BoundEffect, ...]
     timings: tuple[BoundEffect, ...]
+    commands: tuple[BoundEffect, ...]
     names: tuple[str, ...]
     index: dict[str, int]
 
@@ -90,6 +91,7 @@ class EffectSet:
         self.inertia_changes = self.having("inertia_change")
         self.measures = self.having("measure")
         self.timings = self.having("timing")
+        self.commands = tuple(b for b in self.having("command") if changes_commands(b.effect))
         self.names = tuple(b.name for b in bound)
         self.index = {b.name: k for k, b in enumerate(bound)}
 
@@ -166,6 +168,7 @@ _KINDS = (
     "inertia_changes",
     "measures",
     "timings",
+    "commands",
 )
 
 
@@ -173,6 +176,22 @@ def has_hook(effect: object, hook: str) -> bool:
     """Return true if an effect's class defines a hook; a battery has a ``state`` as well."""
     law: Any = type(effect)
     return _defines(law, hook)
+
+
+def changes_commands(effect: Effect) -> bool:
+    """Return true if an effect with its options changes commands on their way to the drives.
+
+    A hook ``command`` that returns what it was given, whatever its parameters, does not.
+    """
+    if not has_hook(effect, "command"):
+        return False
+    law: Any = effect
+    params = _params(effect, dict.fromkeys(parameters_of(effect), 1.0), np.zeros(1), 1, 1)
+    return bool(np.any(law.command(_PROBE, np.zeros(4), params) != _PROBE))
+
+
+_PROBE = np.array([[-2.0, -0.5, 0.5, 2.0]])
+"""Commands about parameters of one."""
 
 
 @functools.cache

@@ -160,7 +160,7 @@ def _can_act(law: type[Effect], subject: Subject) -> bool:
         return False
     # true if a hook on links reads the joints
     return all(
-        (h not in ("actuation", "drive_loads") or len(subject.lag) > 0)
+        (h not in ("actuation", "command", "drive_loads") or len(subject.lag) > 0)
         and (h not in ("joint_loads", "joint_drive", "joint_resistance") or bool(subject.servo))
         and (
             subject.robot.tree.joints > 0

@@ -94,6 +94,9 @@ class Effect(EffectOptions):
       take it implicitly, so that resistance never drives a joint.
     - ``drives(inputs, params) -> Drives`` of an actuator: thrusts and reaction torques.
     - ``actuation(drives, motion, medium, inputs, params) -> Drives``: what the actuators really do.
+    - ``command(command, radius, params) -> command``: what the drives of an actuator on the link
+      are told of a command, before their lag, in their unit, shape (1 or N, n); ``radius`` as in
+      `Drives`.
     - ``battery_update(power, inputs, memory, params) -> new memory`` of a battery under the
       power of all drives [W], and ``state(memory, params) -> (voltage, current, charge)`` of it.
     - ``timing(params) -> Timing``: later commands, slower actuators, late sensors.

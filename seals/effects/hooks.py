@@ -13,7 +13,7 @@ from seals.errors import ConfigError, nearest
 Hook: TypeAlias = Literal[
     "loads", "inertia", "flow", "joint_loads", "joint_drive", "joint_resistance", "drives",
     "drive_loads", "actuation", "battery_update", "inertia_change", "measure", "axis_misalignment",
-    "pose_turn", "timing",
+    "pose_turn", "timing", "command",
 ]  # fmt: skip
 """Names of the hooks; what each takes and returns is told by `seals.effects.Effect`."""
 HOOKS: tuple[Hook, ...] = get_args(Hook)

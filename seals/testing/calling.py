@@ -18,7 +18,7 @@ from seals.motion import Drives, JointDrive, Joints, Reading, Timing
 from seals.pytree import mapped
 from seals.testing.instants import JOINTS, Instant
 
-DRIVEN = ("actuation", "drive_loads")
+DRIVEN = ("actuation", "drive_loads", "command")
 """Hooks that need actuators on the link."""
 
 QUIET = ("measure", "pose_turn", "axis_misalignment", "timing")
@@ -56,6 +56,7 @@ def call_hook(
         "pose_turn": (),
         "axis_misalignment": (),
         "timing": (),
+        "command": (now.drives.thrust, now.drives.radius),
     }
     if hook == "battery_update":
         thrust = now.drives.thrust
@@ -112,6 +113,7 @@ def nothing(hook: str, instant: Instant) -> Any:
     """Return the neutral output of a hook; None if it is not known."""
     return {
         "actuation": instant.drives,
+        "command": instant.drives.thrust,
         "measure": instant.reading,
         "pose_turn": instant.reading.angular_velocity * 0.0,
         "axis_misalignment": instant.motion.rotation * 0.0 + np.eye(3),

@@ -235,8 +235,9 @@ class CompiledStep:
             nothing = np.zeros((1, 0))
             battery, ahead = nothing if voltage is None else voltage, nothing
             if held is not None:
-                if voltage is not None:
-                    held = self._response.limited(held, voltage / self._full)
+                share = None if voltage is None else voltage / self._full
+                if share is not None or self._response.laws:
+                    held = self._response.goal(held, share)
                 ahead = self._response.followed(inputs.drive, held, step)
             return [row, *found.memory.values(), *speeds.values(), battery, ahead, *own]
 

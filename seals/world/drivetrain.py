@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace
-from seals.effects.binding import EffectSet
-from seals.effects.effect import ActuatorOptions
+from seals.effects.binding import EffectSet, bind_effects
+from seals.effects.effect import ActuatorOptions, Parameters
 from seals.errors import ConfigError
-from seals.motion import Timing
+from seals.motion import Inputs, Timing
 from seals.plugin_options import options_of
 from seals.sensors.delivery import INSTANT
 
@@ -71,6 +72,22 @@ class Delayed:
         self.now, self._coming = kept
 
 
+class CommandLaw(NamedTuple):
+    """Change of the commands of one actuator by one effect.
+
+    Args:
+        columns: of the actuator among all drives.
+        radius: of the actuator's discs [m], shape (n,).
+        law: hook ``command`` of the effect.
+        params: of the effect.
+    """
+
+    columns: slice
+    radius: Array
+    law: Callable[[Array, Array, Parameters], Array]
+    params: Parameters
+
+
 class Response(NamedTuple):
     """Lag, limits and delay of all drives of a robot.
 
@@ -80,6 +97,7 @@ class Response(NamedTuple):
         delay: between command and drive [s].
         fall: time constants while a drive slows down [s], shape (n,).
         power: power of the battery's voltage to which the limits are proportional [1], shape (n,).
+        laws: changes of the commands within their limits, in the order in which they act.
     """
 
     lag: Array
@@ -87,9 +105,14 @@ class Response(NamedTuple):
     delay: float
     fall: Array
     power: Array
+    laws: tuple[CommandLaw, ...] = ()
 
-    def over_batch(self, like: Array) -> Response:
+    def over_batch(self, like: Array, effects: EffectSet) -> Response:
         """Return the response of a batch: arrays (1, n) in the library of ``like``.
+
+        Args:
+            like: an array of that library.
+            effects: of the robots, with the values of each of them.
 
         Raises:
             ConfigError: commands arrive late: what is on the way has no form over a batch.
@@ -99,8 +122,8 @@ class Response(NamedTuple):
                 f"commands arrive {self.delay:g} s late; a batch has no command delay.\n"
                 "Leave the effect command_delay out, or use backend=pybullet."
             )
-        lag, limit, _, fall, power = (as_like(np.atleast_2d(x), like) for x in self)
-        return Response(lag, limit, 0.0, fall, power)
+        lag, limit, _, fall, power = (as_like(np.atleast_2d(x), like) for x in self[:5])
+        return Response(lag, limit, 0.0, fall, power, command_laws_of(effects, like))
 
     def limited(self, command: Array, share: Array | None) -> Array:
         """Return commands limited by the battery voltage; pure, on any array library.
@@ -115,6 +138,13 @@ class Response(NamedTuple):
             most = most * left**self.power
         return xp.minimum(xp.maximum(command, -most), most)
 
+    def goal(self, command: Array, share: Array | None) -> Array:
+        """Return what the drives follow under commands: within the limits, as effects change them.
+
+        Pure, on any array library; arguments as those of `limited`.
+        """
+        return commanded(self.limited(command, share), self.laws)
+
     def followed(self, state: Array, goal: Array, span: float) -> Array:
         """Return drive states after ``span`` [s] under held commands, shape (B, n); pure.
 
@@ -125,6 +155,25 @@ class Response(NamedTuple):
         xp = namespace(state)
         rise, fall = _kept(self.lag, span), _kept(self.fall, span)
         return goal + (state - goal) * xp.where(xp.abs(goal) < xp.abs(state), fall, rise)
+
+
+def commanded(command: Array, laws: Sequence[CommandLaw]) -> Array:
+    """Return commands as effects change them, shape (B, n); pure, on any array library.
+
+    Args:
+        command: of all drives, in their units, shape (B, n).
+        laws: of the effects, in the order in which they act.
+
+    Example:
+        >>> half = CommandLaw(slice(1, 2), np.zeros(1), lambda u, radius, params: 0.5 * u, {})
+        >>> commanded(np.array([[4.0, 4.0]]), [half])
+        array([[4., 2.]])
+    """
+    for columns, radius, law, params in laws:
+        parts = [command[:, : columns.start], command[:, columns], command[:, columns.stop :]]
+        parts[1] = law(parts[1], radius, params)
+        command = namespace(command).concat(parts, axis=1)
+    return command
 
 
 def _kept(lag: Array, span: float) -> Array:
@@ -139,8 +188,9 @@ class Drivetrain:
 
     A drive follows its command u by x' = (u(t - d) - x) / tau, solved exactly for commands that are
     held between changes, wherever in a step they arrive; tau is another one while the drive slows
-    down. Until the first command arrives a drive keeps its state. The place that a servo holds
-    moves to its command with the servo's largest speed, and starts where the joint is.
+    down. Effects with a hook ``command`` change u. Until the first command arrives a drive keeps
+    its state. The place that a servo holds moves to its command with the servo's largest speed,
+    and starts where the joint is.
 
     Args:
         effects: of the robot; its actuators give ``first``, ``count``, ``lag`` and ``limit``, its
@@ -200,7 +250,8 @@ class Drivetrain:
         held = xp.minimum(xp.maximum(command, self._least), self._most)
         if self._lagging:
             return [held, drive]
-        return [held, r.followed(drive, held if share is None else r.limited(held, share), 0.0)]
+        same = share is None and not r.laws
+        return [held, r.followed(drive, held if same else r.goal(held, share), 0.0)]
 
     def obeyed(self, command: Floats, held: Floats) -> None:
         """Note commands that were given without calls; shape (1, n) each.
@@ -310,8 +361,8 @@ class Drivetrain:
         if held is None or (span <= 0.0 and drive is not None and self._lagging):
             return drive
         goal, r = held, self.response
-        if self._share < 1.0:
-            goal = r.limited(held, np.array([[self._share]]))
+        if self._share < 1.0 or r.laws:
+            goal = r.goal(held, np.array([[self._share]]))
         state = 0.0 * held if drive is None else drive
         after: Floats = r.followed(state, goal, max(span, 0.0))
         return after
@@ -344,7 +395,29 @@ def response_of(effects: EffectSet) -> Response:
         fall[columns] = np.maximum(slow + change.lag + change.asymmetry, 0.0)
         limit[columns] = a.limit
         power[columns] = own.voltage_power
-    return Response(lag, limit, max(float(change.command_delay), 0.0), fall, power)
+    late = max(float(change.command_delay), 0.0)
+    return Response(lag, limit, late, fall, power, command_laws_of(effects, lag))
+
+
+def command_laws_of(effects: EffectSet, like: Array) -> tuple[CommandLaw, ...]:
+    """Return the changes of commands by effects, each on the actuators of its link.
+
+    Args:
+        effects: of the robot.
+        like: array of their library.
+    """
+    laws = []
+    ends = [b.hooks.first + b.hooks.count for b in effects.actuators]
+    still = np.zeros((1, max(ends, default=0)))
+    for b in effects.commands:
+        for a in effects.actuators:
+            if a.links == b.links:
+                columns = slice(a.hooks.first, a.hooks.first + a.hooks.count)
+                # the parameters of the set may be those of another library
+                plain = bind_effects({a.name: a.effect}, a.effect.links).actuators[0].params
+                radius = a.hooks.drives(Inputs(0.0, still, still), plain).radius
+                laws.append(CommandLaw(columns, as_like(radius, like), b.hooks.command, b.params))
+    return tuple(laws)
 
 
 def speeds_of(effects: EffectSet, joints: int) -> Floats | None:

@@ -58,7 +58,7 @@ class WarpRobot:
         self.engine, self._loads = engine, loads
         self._chains = {link: v.chain(link) for link in loads.inertial_links()}
         joints, legs = self.robot.tree.joints, list(self.robot.legs.values())
-        self._drives = response_of(loads.effects).over_batch(loads.like)
+        self._drives = response_of(loads.effects).over_batch(loads.like, loads.effects)
         drives = self._drives.lag.shape[1]
 
         def zeros(width: int) -> Tensor:
@@ -98,7 +98,8 @@ class WarpRobot:
         self.submersion.copy_(found.submersion)
         self._slide(states)
         if self.drive.shape[1]:
-            goal = self._drives.limited(self.order, self._loads.voltage_share(self.memory))
+            share = self._loads.voltage_share(self.memory)
+            goal = self._drives.goal(self.order, share)
             self.drive.copy_(self._drives.followed(self.drive, goal, self.step))
 
     def inputs(self) -> Inputs:

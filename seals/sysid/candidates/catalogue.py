@@ -298,7 +298,7 @@ def _installed(
     return [(name, law, options) for _, name, law, options in sorted(found, key=lambda f: f[0])]
 
 
-_DRIVEN = ("actuation", "drive_loads", "timing")
+_DRIVEN = ("actuation", "command", "drive_loads", "timing")
 """Hooks that act on drives."""
 
 

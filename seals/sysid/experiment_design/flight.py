@@ -217,7 +217,8 @@ def fly(
             states.append(state)
             commands.append(command)
         bent = aim.joints.get(ALL)
-        drives = [response.followed(drive, command, share * step) for share in (0.0, 0.5, 1.0)]
+        goal = response.goal(command, None)
+        drives = [response.followed(drive, goal, share * step) for share in (0.0, 0.5, 1.0)]
         # the memory of effects rests, as it does along a log
         first, middle, last = (Inputs(0.0, still, d, volts, bent) for d in drives)
         state, _ = twin.advance(state, time, step, (first, middle, last), posture)
@@ -235,7 +236,8 @@ def _response(problem: Problem, values: Mapping[str, float]) -> Response:
     nominal = response_of(bind_effects(problem.vehicle.effects, problem.vehicle.robot.links))
     lag = np.maximum(nominal.lag + change - asymmetry, 0.0)
     fall = np.maximum(nominal.fall + change + asymmetry, 0.0)
-    return nominal._replace(lag=lag, fall=fall, delay=0.0).over_batch(np.zeros(1))
+    changed = nominal._replace(lag=lag, fall=fall, delay=0.0)
+    return changed.over_batch(np.zeros(1), problem.plant.commanding(values))
 
 
 def _blurred(known: RobotState, rng: np.random.Generator) -> RobotState:

@@ -14,7 +14,7 @@ from seals.arrays import Floats
 from seals.batch import BatchDynamics, Rates, TwinState
 from seals.batch.state import Posture
 from seals.control.actuator_response import respond
-from seals.effects.binding import EffectSet, bind_effects, has_hook
+from seals.effects.binding import EffectSet, bind_effects, changes_commands, has_hook
 from seals.effects.derived import strengths_of
 from seals.effects.effect import Effect, Timed
 from seals.effects.hooks import names_any, pick_of
@@ -26,6 +26,7 @@ from seals.sysid.candidates.parameters import Candidate, CandidateSet
 from seals.sysid.data.known_sea import sea_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.vehicle import Vehicle
+from seals.world.drivetrain import command_laws_of, commanded
 
 Values = Mapping[str, Any]
 """Changes by parameter key: numbers, or arrays over the batch."""
@@ -65,7 +66,7 @@ class ExtendedModel:
         parts: integration steps per row.
 
     Attributes:
-        timed: instances that change the timing of the actuators.
+        timed: instances that change the timing of the actuators, or their commands.
         command_delay: delay of all commands besides that of those instances [s].
         activity: when the effects act that do so for a time, by the keys of their parameters.
         half_step_readings: step of a simulation whose half steps the inertial readings follow
@@ -83,7 +84,7 @@ class ExtendedModel:
         )
         self._nominal = tuple(vehicle.effects)
         self._sets: dict[frozenset[str], EffectSet] = {}
-        self._drives: dict[tuple[float, float, float], Drive] = {}
+        self._drives: dict[tuple[Any, ...], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
         self._stiff = {n for n, e in effects.items() if e.stiff and _of_joints_alone(e)}
@@ -93,7 +94,9 @@ class ExtendedModel:
             if any(has_hook(e, h) for h in ("measure", "pose_turn", "timing"))
         }
         self._turning = {n for n, e in effects.items() if has_hook(e, "pose_turn")}
-        self.timed = frozenset(n for n, e in effects.items() if _times_actuators(e))
+        self._commanding = frozenset(n for n, e in effects.items() if changes_commands(e))
+        timing = {n for n, e in effects.items() if _times_actuators(e)}
+        self.timed = self._commanding | timing
         self.command_delay = 0.0
         # implicit servos answer a jump of their command up to a step late, which undoes that
         resting = not np.ptp(samples.joint_command, axis=0).any()
@@ -143,15 +146,22 @@ class ExtendedModel:
         return out
 
     def drive(self, values: Values) -> Drive | None:
-        """Actuator states with the delays and time constants of ``values`` (numbers)."""
+        """Actuator states with commands, delays and time constants of ``values`` (numbers)."""
         if not len(self.vehicle.lag):
             return None
-        key = self.timing(values)
-        if key not in self._drives:
+        changed = {k: v for k, v in values.items() if _instance(k) in self._commanding}
+        timing, key = self.timing(values), tuple(sorted(changed.items()))
+        if (timing, key) not in self._drives:
             if len(self._drives) >= _KEPT:
                 del self._drives[next(iter(self._drives))]
-            self._drives[key] = self._respond(*key)
-        return self._drives[key]
+            self._drives[timing, key] = self._respond(*timing, self.commanding(changed))
+        return self._drives[timing, key]
+
+    def commanding(self, values: Values) -> EffectSet:
+        """Return the effects of the model, and those of ``values`` (numbers) on its commands."""
+        chosen = {k: v for k, v in values.items() if _instance(k) in self._commanding}
+        bound = self._bound({_instance(k) for k in chosen})
+        return bound.with_values({k: self.total(k, v) for k, v in chosen.items()}, np.zeros(1), 1)
 
     def timing(self, values: Values) -> tuple[float, float, float]:
         """Command delay, change and asymmetry of the actuator time constant [s].
@@ -161,7 +171,7 @@ class ExtendedModel:
         """
         delay, lag, asymmetry = self.command_delay, 0.0, 0.0
         for instance in {k.partition(".")[0]: None for k in values}:
-            if instance not in self.timed:
+            if instance not in self.timed - self._commanding:
                 continue
             effect = self.candidate_set.effects[instance]
             timing = _timing_of(
@@ -182,15 +192,16 @@ class ExtendedModel:
         effect = self.candidate_set.effects.get(instance)
         return instance in self._quiet - self.timed if effect is not None else False
 
-    def _respond(self, delay: float, lag: float, asymmetry: float) -> Drive:
+    def _respond(self, delay: float, lag: float, asymmetry: float, effects: EffectSet) -> Drive:
         samples, parts = self.samples, 2 * self.parts
+        command: Any = commanded(samples.command, command_laws_of(effects, samples.command))
         tau = np.maximum(self.vehicle.lag + lag - asymmetry, 1e-4)
         fall = self.vehicle.fall
         fall = self.vehicle.lag if fall is None and asymmetry else fall
         at = np.zeros((samples.rows, parts + 1, len(tau)))
         for first, last in samples.runs:
             states = respond(
-                samples.command[first:last],
+                command[first:last],
                 samples.step,
                 lag=tau,
                 fall=None if fall is None else np.maximum(fall + lag + asymmetry, 1e-4),

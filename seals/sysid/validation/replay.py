@@ -125,7 +125,7 @@ def _drive_states(model: Model, samples: Samples, *, parts: int) -> Floats | Non
         return None
     response = response_of(model.bound)
     out = np.zeros((samples.rows, parts, len(response.lag)))
-    command = np.clip(samples.command, -response.limit, response.limit)
+    command: Any = response.goal(samples.command, None)
     for first, last in samples.runs:
         out[first:last] = respond(
             command[first:last],
