@@ -135,7 +135,7 @@ def test_processes_that_are_spawned_step_what_this_one_does() -> None:
         np.testing.assert_array_equal(here, there)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_hindsight_replay_learns_from_goals() -> None:
     """SAC with HER on Reach: replaced goals are rewarded where the true ones were missed."""
     sb3 = pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
