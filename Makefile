@@ -1,6 +1,6 @@
 # make demo   install the core into .venv and run the demonstration; with another Python: PYTHON=python3.13
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
-# make thorough   the tests that take seconds each; those of make test take a third of the time
+# make thorough   the tests that take seconds each and have cheaper ones beside them in make test
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
 # make pages  run every command of every page, the slow ones too, and compare what it prints
