@@ -110,7 +110,7 @@ KERNEL_TESTS = $(wildcard \
 test-kernels: .venv-test/installed
 	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)
 
-# its pages are read from what is installed; make test and make pages follow their commands.
+# its pages are read from what is installed; make test, make thorough and make pages follow their commands.
 # With --quiet, MkDocs counts no warnings, and --strict lets all of them pass
 docs: .venv-test/installed
 	@NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs build --strict

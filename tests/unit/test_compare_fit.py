@@ -79,6 +79,7 @@ def test_a_hidden_drag_is_found_and_the_held_out_error_falls_to_the_noise() -> N
     assert drag.scores[1].total == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.thorough
 def test_an_absent_drag_is_not_found() -> None:
     """On a fall in vacuum the fitted drag is zero within its uncertainty and nothing improves."""
     group = compared(falls(0.0, seed=4)).groups[0]
@@ -99,6 +100,7 @@ def test_the_result_is_plain_data() -> None:
     assert variants[1]["held_out"]["position"]["samples"] == 100
 
 
+@pytest.mark.thorough
 def test_the_clock_offset_is_reported() -> None:
     """A measurement that lags the model by 60 ms is said to."""
     log = falls(DRAG, noise=0.002)

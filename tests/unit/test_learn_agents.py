@@ -50,6 +50,7 @@ def test_stable_baselines_sees_what_the_batch_sees() -> None:
     ours.close()
 
 
+@pytest.mark.thorough
 def test_stable_baselines_trains_on_a_batch() -> None:
     """PPO takes 256 steps of eight twins, counts their episodes and changes its policy."""
     sb3 = pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
@@ -64,6 +65,7 @@ def test_stable_baselines_trains_on_a_batch() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 def test_stable_baselines_normalises_a_batch() -> None:
     """VecNormalize keeps running statistics of the batch, and its checker has nothing to say."""
     pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
