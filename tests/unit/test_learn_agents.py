@@ -209,6 +209,7 @@ def test_a_loop_of_one_file_runs_on_the_batch() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings(
     # importing its tests, PettingZoo makes an environment of its own the former way
     "ignore:The old environment creation API:DeprecationWarning"
