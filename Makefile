@@ -1,6 +1,6 @@
 # make demo   install the core into .venv and run the demonstration; with another Python: PYTHON=python3.13
 # make test   build the wheel, install it into .venv-test, lint, type-check and test it
-# make thorough   the tests that take seconds each; those of make test take a third of the time
+# make thorough   the tests that take seconds each and have cheaper ones beside them in make test
 # make test-kernels   the tests of numbers once more with the arithmetic of an older processor
 # make docs   build this documentation into build/site; a warning is an error
 # make pages  run every command of every page, the slow ones too, and compare what it prints
@@ -72,10 +72,14 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 350 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) $(CONSTRAINED) -e .; touch $@
 
+# which tests make test runs; the check of a change takes those of make thorough along: each start of
+# pytest reads all files, and each process makes its tables, once
+TESTED ?= not thorough and not slow and not killed
+
 # one process each, so two at a time: types, examples; then the tests, on two cores: one builds the documentation
 test: .venv-test/installed lint browser
 	@$(MAKE) --no-print-directory -j 2 types examples
-	@.venv-test/bin/pytest -n 2 --dist worksteal
+	@.venv-test/bin/pytest -n 2 --dist worksteal -m "$(TESTED)"
 
 # the rest of the tests that take no minutes; a change must pass them, too
 thorough: .venv-test/installed
@@ -90,22 +94,23 @@ examples: .venv-test/installed
 
 # Another processor sums in another order: kernels of 2008 for the linear algebra (NumPy's and SciPy's),
 # for NumPy's own loops (of all names only those that this NumPy knows and could use) and for PyTorch.
-# Chosen are files whose assertions are about computed numbers: laws, bodies, hulls, water, control,
-# robots, diagnosis, and the verification against closed forms. Left out are commands, readers, pages,
-# pictures, learning and whatever compiles particles or laws for minutes: about 3 minutes on two cores.
+# Chosen are tests of make test that such a processor can fail: sums and decompositions in NumPy and SciPy
+# (laws, hulls, batches against single robots, allocation, closed forms) and decisions near a threshold
+# (the diagnosis). Left out are engines, which bring arithmetic of their own, and commands, readers, pages,
+# pictures, learning and particles: about 2 minutes on two cores.
 KERNELS = OPENBLAS_CORETYPE=Nehalem ATEN_CPU_CAPABILITY=default \
 	NPY_DISABLE_CPU_FEATURES="$$(.venv-test/bin/python -c '$(DISPATCHED)')"
 DISPATCHED = from numpy._core._multiarray_umath import __cpu_dispatch__ as names, __cpu_features__ as has; \
 	print(*(n for n in names if has[n]))
-KERNEL_TESTS = $(filter-out \
-	$(foreach name,dfsph droplets fluid fused learn optics pbf rods sight solid,tests/verification/test_$(name)%) \
-	tests/unit/test_water_slam.py, $(wildcard \
-	$(foreach name,animal_four animal_gaits animals control diagnose drop_figures dynamics effects frames hulls imu medium \
-	plan_motions rivals robot water world,tests/unit/test_$(name)*.py) tests/verification/test_*.py))
+KERNEL_TESTS = $(wildcard \
+	$(foreach name,control_allocation control_axes control_batched control_parts diagnose drop_figures dynamics effects \
+	frames hulls medium plan_motions rivals smoothing,tests/unit/test_$(name)*.py) \
+	$(foreach name,added_mass boundary cable clearance determinism energy floating free_fall held hulls joint limbs \
+	pendulum principal radiation terminal tumbling twin water_entry,tests/verification/test_$(name)*.py))
 test-kernels: .venv-test/installed
-	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal -m "not slow and not killed" $(KERNEL_TESTS)
+	@$(KERNELS) .venv-test/bin/pytest -q -n 2 --dist worksteal $(KERNEL_TESTS)
 
-# its pages are read from what is installed; make test and make pages follow their commands.
+# its pages are read from what is installed; make test, make thorough and make pages follow their commands.
 # With --quiet, MkDocs counts no warnings, and --strict lets all of them pass
 docs: .venv-test/installed
 	@NO_MKDOCS_2_WARNING=1 .venv-test/bin/mkdocs build --strict

@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.guard import Guard
 
 KEPT, STATES = "tests/unit/test_run_checkpoint.py", "tests/unit/test_state_file.py"
-BOMBS = "tests/unit/test_config_bombs.py"
+BOMBS = "tests/unit/test_config.py"
 WATER = "tests/unit/test_pbf_water.py"
 
 STORED_STATES: dict[str, Guard] = {

@@ -1,4 +1,4 @@
-"""Private cache folders for compiled code.
+"""Private cache folders for compiled code and tables.
 
 What lies in such a folder is loaded and run: in a folder of a predictable name in the system's
 temporary folder, another user of the machine may have put it there first.

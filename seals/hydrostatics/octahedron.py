@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import hashlib
 import math
+from importlib.resources import files
 from typing import Any, Protocol
 
 import numpy as np
 
+from seals.caches import cache_folder, keep, kept
 from seals.hydrostatics.wetted import Column, Sums, Vector
 
 INSET = 1e-7
@@ -58,25 +63,25 @@ class OctahedralTable:
         hull: what to tabulate.
         cells: cells along an octahedron edge.
         depths: depth cells.
+        shape: digest of all numbers of the hull, by which its cuts are found again in the cache
+            ``tables``; None keeps them nowhere.
     """
 
-    def __init__(self, hull: Cuttable, *, cells: int, depths: int) -> None:
+    def __init__(
+        self, hull: Cuttable, *, cells: int, depths: int, shape: str | None = None
+    ) -> None:
         self.cells, self.depths = cells, depths
         sizes, axes = np.linalg.eigh(hull.spread())
         stretch = axes * np.sqrt(np.maximum(sizes, sizes.max() * LEAST_SPREAD))
         self._stretch, self._centre = stretch.T.tolist(), hull.centroid.tolist()
         ups = _octant_nodes(cells) @ np.linalg.inv(stretch)
         ups /= np.sqrt((ups * ups).sum(axis=1))[:, None]
-        low, high = hull.extents(ups)
-        bend = np.sin(np.linspace(-BEND, BEND, depths + 1)) / np.sin(BEND)
-        shares = np.clip(0.5 + 0.5 * bend, INSET, 1.0 - INSET)
-        levels = low[:, None] + (high - low)[:, None] * shares
-        step = max(1, CHUNK // (hull.grain * (depths + 1)))
+        cuts = _cuts_of(hull, ups, depths, shape)
+        low, high = cuts[: 2 * len(ups)].reshape(2, -1)
         # upper octants and lower ones, written in place: a fine table is 70 MB
         table = np.empty((2, len(ups), depths + 1, 8))
         nodes, turned = table
-        for k in range(0, len(ups), step):
-            nodes[k : k + step] = hull.cut(ups[k : k + step], levels[k : k + step])
+        nodes[:] = cuts[2 * len(ups) :].reshape(nodes.shape)
         stride = BEND / (np.sin(BEND) * depths) * np.cos(np.linspace(-BEND, BEND, depths + 1))
         nodes[..., 4:] *= ((high - low)[:, None] * stride)[..., None]
         whole = np.array((1.0, *hull.centroid)) * hull.volume
@@ -165,6 +170,45 @@ class OctahedralTable:
         corner = xp.where(upper, beyond, first + xp.minimum(j, last))
         weights = [xp.abs(rest), xp.where(upper, 1.0 - fy, fx), xp.where(upper, 1.0 - fx, fy)]
         return [xp.astype(node, xp.int64) for node in (corner, left, right)], weights
+
+
+def _cuts_of(hull: Cuttable, ups: Vector, depths: int, shape: str | None) -> Vector:
+    """Return the lowest levels, the highest, and the cuts between them, one after the other.
+
+    A fine table takes seconds to cut, and the cuts depend on nothing but what names their file.
+    """
+    if shape is None:
+        return _cut(hull, ups, depths)
+    size = len(ups) * (2 + 8 * (depths + 1))
+    digest = hashlib.sha256(f"{shape} {depths} {_law_digest()}".encode() + ups.tobytes())
+    place = cache_folder("tables") / f"{digest.hexdigest()}.cuts"
+    data = kept(place)
+    if data is not None and len(data) == 8 * size:
+        return np.frombuffer(data)
+    found = _cut(hull, ups, depths)
+    with contextlib.suppress(OSError):  # cut anew the next time
+        keep(place, found.tobytes())
+    return found
+
+
+def _cut(hull: Cuttable, ups: Vector, depths: int) -> Vector:
+    low, high = hull.extents(ups)
+    bend = np.sin(np.linspace(-BEND, BEND, depths + 1)) / np.sin(BEND)
+    shares = np.clip(0.5 + 0.5 * bend, INSET, 1.0 - INSET)
+    levels = low[:, None] + (high - low)[:, None] * shares
+    step = max(1, CHUNK // (hull.grain * (depths + 1)))
+    cuts = [hull.cut(ups[k : k + step], levels[k : k + step]) for k in range(0, len(ups), step)]
+    return np.concatenate([low, high, *(part.ravel() for part in cuts)])
+
+
+@functools.cache
+def _law_digest() -> str:
+    """Digest of the laws by which hulls are cut: others cut otherwise."""
+    digest = hashlib.sha256(np.__version__.encode())
+    for file in sorted(files("seals.hydrostatics").iterdir(), key=lambda file: file.name):
+        if file.name.endswith(".py"):
+            digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def _octant_nodes(cells: int) -> Vector:

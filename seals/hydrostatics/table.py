@@ -1,6 +1,6 @@
 """Hydrostatics of many poses at once for batch dynamics, on any array library and device.
 
-Tables are kept in a cache, shared by hulls of equal shape.
+Tables are shared by hulls of equal shape, and what was cut for them is kept between runs.
 """
 
 from __future__ import annotations
@@ -40,12 +40,13 @@ def _shared_table(hull: Cuttable, *, cells: int, depths: int) -> OctahedralTable
         depths: depth cells.
     """
     try:
-        key = (shape_digest(hull), cells, depths)
+        shape = shape_digest(hull)
     except TypeError:
         return OctahedralTable(hull, cells=cells, depths=depths)
+    key = (shape, cells, depths)
     table = _SHARED.get(key)
     if table is None:
-        table = _SHARED[key] = OctahedralTable(hull, cells=cells, depths=depths)
+        table = _SHARED[key] = OctahedralTable(hull, cells=cells, depths=depths, shape=shape)
     if table in _RECENT:
         _RECENT.remove(table)
     _RECENT.append(table)

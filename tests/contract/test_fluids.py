@@ -17,7 +17,13 @@ SMALL: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.filterwarnings("ignore:.*getdefaultlocale:DeprecationWarning")
-@pytest.mark.parametrize("name", registry.names("fluid"))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.thorough] if name == "window" else [])
+        for name in registry.names("fluid")
+    ],
+)
 def test_fluids_keep_their_contract(name: str) -> None:
     """Lift, books, snapshots, filling anew, surface."""
     report = check_fluid(name, values=SMALL.get(name))

@@ -31,13 +31,23 @@ TUTORIALS = (
     "tutorial_own_flight.md",
 )
 LANGUAGES = {"console", "python", "yaml", "toml", "text", "json", "xml", "bibtex", "printed"}
+FIRST = ("README", "start", "formats", "tethers")
+"""Pages that make test follows; make thorough follows the others."""
 MOST_NEVER = 15
 """Blocks that need a network, a person, an accelerator or a program that is not here."""
 LASTS = re.compile(r"\d+ (s|min)\b")
 COMMAND = re.compile(r"^\s*(?:\$ )?(?:seals|python|pip|pytest|make|git|apt-get) \S", re.M)
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if p.name not in TUTORIALS], ids=name_of)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=[] if name_of(page) in FIRST else [pytest.mark.thorough])
+        for page in PAGES
+        if page.name not in TUTORIALS
+    ],
+    ids=name_of,
+)
 def test_a_page_runs_as_printed(page: Path, tmp_path: Path) -> None:
     """Its commands and programs end and print as it says; ``make pages`` runs the slow ones."""
     folder = tmp_path / "bare"

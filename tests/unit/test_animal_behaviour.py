@@ -121,6 +121,7 @@ def test_an_object_flees_from_the_robot() -> None:
     assert np.linalg.norm(gone["still"]) < 2e-3
 
 
+@pytest.mark.thorough
 def test_an_object_walks_by_the_gait_that_the_run_names() -> None:
     """Values of the controller are over those of the folder; another one may be named."""
     slow = moved(

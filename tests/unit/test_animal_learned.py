@@ -37,6 +37,7 @@ def _copy(folder: Path, **change: Any) -> Path:
     return folder
 
 
+@pytest.mark.thorough
 def test_a_run_walks_as_the_environment_does() -> None:
     """From equal starts the guide leads the crab where the policy led it in its task."""
     from seals.learn.environments import batched_of
@@ -61,7 +62,9 @@ def test_a_run_walks_as_the_environment_does() -> None:
     assert np.hypot(*path[-1][:2]) < 0.5 * np.hypot(x, y)
 
 
-@pytest.mark.parametrize("place", ["[0.4,0.0]", "[-0.2,-0.35]"])
+@pytest.mark.parametrize(
+    "place", [pytest.param("[0.4,0.0]", marks=pytest.mark.thorough), "[-0.2,-0.35]"]
+)
 def test_the_shipped_policy_reaches_its_target(place: str) -> None:
     """It holds the target within 1.5 times the 2.4 s of the scripted crab, and is done then."""
     world = _led(f"guide.place={place}")

@@ -65,7 +65,7 @@ def test_a_log_without_voltage_is_told_of(hexacopter: Vehicle) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("sensitivity", [0.0, 2.0])
+@pytest.mark.parametrize("sensitivity", [pytest.param(0.0, marks=pytest.mark.slow), 2.0])
 def test_a_climb_at_full_throttle_is_repeated(tmp_path: Path, sensitivity: float) -> None:
     """The voltage falls by 4 %, the thrust at the limit by 8 %; the replay knows it."""
     words = ["robot=aam", "guide=waypoints", "guide.delay=0.0", "guide.speed=8.0"]

@@ -109,7 +109,14 @@ def test_no_configuration_of_it_is_composed(mark: Path, capsys: pytest.CaptureFi
     assert not mark.exists()
 
 
-@pytest.mark.parametrize("kind", ["settings", "pipe", "device", "bytes"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "settings",
+        "pipe",
+        *(pytest.param(k, marks=pytest.mark.thorough) for k in ("device", "bytes")),
+    ],
+)
 def test_pictures_know_none_of_its_settings(mark: Path, tmp_path: Path, kind: str) -> None:
     """Settings of Matplotlib can have LaTeX run, which runs what they say; a pipe would hang it."""
     settings = Path("matplotlibrc")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import io
 import shutil
 import subprocess
 from pathlib import Path
@@ -28,10 +31,20 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 """
 
 
-def script(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
+@functools.cache
+def script(shell: str) -> str:
     """Return what is printed for a shell."""
-    assert main(["completion", shell]) == 0
-    return capsys.readouterr().out
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert main(["completion", shell]) == 0
+    return said.getvalue()
+
+
+def replies(line: str, kind: str = "") -> str:
+    """Return what bash offers behind a line."""
+    asked = kind + ASK.format(script=script("bash"), line=line)
+    done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, check=True)
+    return done.stdout
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
@@ -48,13 +61,9 @@ def script(shell: str, capsys: pytest.CaptureFixture[str]) -> str:
         ("seals completion ", "fish", "run"),
     ],
 )
-def test_bash_completes(
-    line: str, there: str, gone: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bash_completes(line: str, there: str, gone: str) -> None:
     """What may come next is offered, what the shell knows of a word already is left out."""
-    asked = ASK.format(script=script("bash", capsys), line=line)
-    done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, check=True)
-    found = done.stdout.split()
+    found = replies(line).split()
     assert there in found
     assert gone not in found
 
@@ -69,19 +78,16 @@ def test_bash_completes(
         ("seals render f", "fov=  (0.05 to 2.5 rad, default 0.9)"),
     ],
 )
-def test_bash_lists_units_and_choices(
-    line: str, shown: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bash_lists_units_and_choices(line: str, shown: str) -> None:
     """What is only listed says unit, bounds and default; a choice is a word for each name."""
-    asked = "COMP_TYPE=63\n" + ASK.format(script=script("bash", capsys), line=line)
-    done = subprocess.run(["bash", "-c", asked], capture_output=True, text=True, check=True)
-    assert any(shown.endswith(said) and said for said in done.stdout.splitlines()), done.stdout
+    found = replies(line, "COMP_TYPE=63\n")
+    assert any(shown.endswith(said) and said for said in found.splitlines()), found
 
 
 @pytest.mark.parametrize("shell", SHELLS)
-def test_every_verb_is_completed(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_verb_is_completed(shell: str) -> None:
     """Each script holds every verb and names of plug-ins; the shell can read it."""
-    text = script(shell, capsys)
+    text = script(shell)
     assert all(verb in text for verb in VERBS)
     assert "robot=ball" in text
     if shutil.which(shell) is not None:

@@ -195,7 +195,9 @@ def test_what_cannot_fly_is_refused_in_words(overrides: tuple[str, ...], words: 
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("robot", ["hexacopter", "aam_dual_arm"])
+@pytest.mark.parametrize(
+    "robot", [pytest.param("hexacopter", marks=pytest.mark.slow), "aam_dual_arm"]
+)
 def test_other_robots_hover_without_code_of_their_own(robot: str) -> None:
     """Six rotors, or two swinging arms: the same controller holds the place."""
     log = flown(

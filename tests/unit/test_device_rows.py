@@ -138,7 +138,7 @@ def test_a_batch_without_a_kernel_is_computed_operation_by_operation(
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("task", ["hover", "reach"])
+@pytest.mark.parametrize("task", ["hover", pytest.param("reach", marks=pytest.mark.slow)])
 def test_a_control_step_on_an_accelerator_is_that_of_numpy(task: str) -> None:
     """Robots, verdicts, rewards and observations of four steps, each robot with its own drag."""
     from seals.learn.environments import batched_of

@@ -85,7 +85,7 @@ def names(hypothesis: EvidenceHypothesis, extra: float = 0.0) -> list[str]:
     return [m.key for m in stated_wrong(hypothesis, extra=extra)]
 
 
-@pytest.mark.parametrize("together", [1, 3])
+@pytest.mark.parametrize("together", [pytest.param(1, marks=pytest.mark.thorough), 3])
 def test_an_honest_data_sheet_is_seldom_called_wrong(together: int) -> None:
     """Of 2,000 data sheets with 30 numbers that keep their tolerances one in a hundred at most."""
     rng = np.random.default_rng(7)

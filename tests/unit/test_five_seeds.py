@@ -142,6 +142,7 @@ def test_the_best_on_validation_starts_is_shipped(folders: list[Path], tmp_path:
         ship(folders, target, command="python -m it")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", RECIPES)
 def test_every_recipe_is_a_training(name: str) -> None:
     """Its words compose, and demonstrations are recorded for a learner that takes them."""

@@ -124,7 +124,14 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "s"
 
 
-@pytest.mark.parametrize("attack", [_job_folder, *map(_of_hydra, STRANGE), _said])
+@pytest.mark.parametrize(
+    "attack",
+    [
+        _job_folder,
+        *(pytest.param(_of_hydra(kind), marks=pytest.mark.thorough) for kind in STRANGE),
+        _said,
+    ],
+)
 def test_a_strangers_sweep_is_resumed_in_its_folder(
     swept: Path, elsewhere: Path, home: Path, attack: Callable[[Path, Path], None],
     capsys: pytest.CaptureFixture[str],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from pathlib import Path
 
@@ -69,6 +70,7 @@ TWINS = re.compile(r"(^|_)(batched|many|single)(_|$)")
 PLACES = ("seals/control", "seals/multibody", "seals/batch", "plugins/controllers")
 
 
+@functools.cache
 def sources() -> dict[str, str]:
     """Return the text of every module of the core and the plug-ins, by its path."""
     return {

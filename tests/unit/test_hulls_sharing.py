@@ -1,13 +1,16 @@
-"""Look-up tables of hulls: one for all hulls of the same shape, let go of when none needs it."""
+"""Look-up tables of hulls: one for all hulls of the same shape, kept between runs."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from seals.caches import HOME, cache_folder
 from seals.hydrostatics import HullBox, HullCylinder, HullMesh, HullTable, table
 from seals.hydrostatics.fused import HullFused, Part
 from seals.hydrostatics.octahedron import OctahedralTable
@@ -102,3 +105,42 @@ def test_a_hull_of_functions_keeps_its_table_to_itself(built: list[OctahedralTab
     assert len(built) == 2
     with pytest.raises(TypeError, match="function has no digest"):
         table.shape_digest(Drawn(lambda x: x))
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Caches of one's own."""
+    monkeypatch.setenv(HOME, str(tmp_path))
+    cache_folder.cache_clear()
+    yield tmp_path / "seals" / "tables"
+    cache_folder.cache_clear()
+
+
+def test_cuts_are_kept_between_runs_and_made_anew_where_damaged(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A table from the kept cuts has the same bits; a damaged file and another hull are cut."""
+    counted: list[int] = []
+    own = HullFused.cut
+
+    def cut(self: HullFused, ups: Any, levels: Any) -> Any:
+        counted.append(len(ups))
+        return own(self, ups, levels)
+
+    monkeypatch.setattr(HullFused, "cut", cut)
+
+    def rows(length: float = 0.4) -> tuple[bytes, bool]:
+        counted.clear()
+        shape = table.shape_digest(boom(length))
+        made = OctahedralTable(boom(length), **COARSE, shape=shape)
+        return made._rows.tobytes() + made._bounds.tobytes(), bool(counted)
+
+    first, was_cut = rows()
+    assert was_cut
+    assert rows() == (first, False)
+    files = list(home.iterdir())
+    for file in files:
+        file.write_bytes(file.read_bytes()[:-1] + b"x")
+    assert rows() == (first, True)
+    assert rows(0.5)[1]
+    assert len(list(home.iterdir())) == len(files) + 1

@@ -50,6 +50,7 @@ def test_stable_baselines_sees_what_the_batch_sees() -> None:
     ours.close()
 
 
+@pytest.mark.thorough
 def test_stable_baselines_trains_on_a_batch() -> None:
     """PPO takes 256 steps of eight twins, counts their episodes and changes its policy."""
     sb3 = pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
@@ -64,6 +65,7 @@ def test_stable_baselines_trains_on_a_batch() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 def test_stable_baselines_normalises_a_batch() -> None:
     """VecNormalize keeps running statistics of the batch, and its checker has nothing to say."""
     pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
@@ -135,7 +137,7 @@ def test_processes_that_are_spawned_step_what_this_one_does() -> None:
         np.testing.assert_array_equal(here, there)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_hindsight_replay_learns_from_goals() -> None:
     """SAC with HER on Reach: replaced goals are rewarded where the true ones were missed."""
     sb3 = pytest.importorskip("stable_baselines3", reason="needs aam-seals[agents]")
@@ -207,6 +209,7 @@ def test_a_loop_of_one_file_runs_on_the_batch() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings(
     # importing its tests, PettingZoo makes an environment of its own the former way
     "ignore:The old environment creation API:DeprecationWarning"

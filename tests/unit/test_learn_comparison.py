@@ -198,7 +198,7 @@ def test_runs_are_sorted_by_number(study: Path) -> None:
     assert [run.seed for run in runs(study)["slow"]] == [0, 1, 2, 3, 4, 5, 10]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_study_holds_learners_and_ablations_against_their_references(tmp_path: Path) -> None:
     """Two comparisons lie beside it: with SAC, and with SACfD; arms that are not there are not."""
     from seals.experiments.learning_study import main

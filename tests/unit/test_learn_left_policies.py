@@ -36,7 +36,7 @@ def test_policies_of_all_evaluations_stay_where_it_is_said(tmp_path: Path) -> No
     assert [p.name for p in (tmp_path / "b").glob("policy*")] == ["policy"]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_best_policy_of_all_evaluations_is_left(tmp_path: Path) -> None:
     """It is the one with the most successes and the greatest return, across a resumption too."""
     last = 0

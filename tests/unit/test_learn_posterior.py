@@ -224,6 +224,7 @@ def test_an_ambiguous_answer_is_not_drawn_from(tmp_path: Path) -> None:
     assert "seals plan" in str(refusal.value)
 
 
+@pytest.mark.thorough
 def test_a_training_takes_a_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """It trains; an engine, and a folder without a diagnosis, are refused by the key."""
     folder = answer(tmp_path / "a", wind())

@@ -46,6 +46,7 @@ def test_an_image_shows_what_the_last_step_reached() -> None:
     env.close()
 
 
+@pytest.mark.thorough
 def test_gymnasium_records_a_video(tmp_path: Path) -> None:
     """RecordVideo writes a film of an episode."""
     pytest.importorskip("moviepy", reason="RecordVideo needs moviepy")
@@ -72,6 +73,7 @@ def test_gymnasium_checks_the_environment(monkeypatch: pytest.MonkeyPatch) -> No
     check_env(made(render_mode="rgb_array").unwrapped)
 
 
+@pytest.mark.thorough
 def test_a_window_shows_every_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """render_mode="human" draws by itself, and render() returns nothing."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")

@@ -68,7 +68,7 @@ def test_wandb_stays_offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert b"config_hash" in content
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.skipif(find_spec("mlflow") is None, reason="needs aam-seals[track]")
 def test_mlflow_holds_the_evaluations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The curve of returns is that of evaluation.csv, and the run has ended."""

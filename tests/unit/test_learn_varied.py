@@ -59,6 +59,7 @@ def test_twins_from_one_start_part_when_they_differ() -> None:
     assert spread[1] > 1e-3
 
 
+@pytest.mark.thorough
 def test_a_training_in_varied_environments_is_judged_in_the_configured_one(tmp_path: Path) -> None:
     """The world of the policy's metadata is the same with and without; an engine refuses."""
     hashes = []

@@ -60,6 +60,7 @@ def test_rows_are_those_of_numpy() -> None:
     np.testing.assert_allclose(many.now.rotation, plain.now.rotation, rtol=0.0, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_rows_are_those_of_one_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bit for bit the same alone, among others, and on any threads."""
     seeds, many = list(range(50)), environments(50, coded=True)

@@ -47,6 +47,7 @@ def test_a_verdict_is_that_of_arrays(given: Any, reached: float, failed: bool) -
     assert found.refused == (given is branching)
 
 
+@pytest.mark.thorough
 def test_an_environment_is_the_same_with_machine_code() -> None:
     """Observations, rewards, flags and facts of Hover over some control steps."""
     pytest.importorskip("torch")

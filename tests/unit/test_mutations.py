@@ -12,12 +12,11 @@ ROOT = Path(__file__).parents[2]
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("name", "count"), [("gyroscope_bias", 3), ("tether", 4)])
-def test_broken_laws_are_noticed(name: str, count: int) -> None:
-    """Wrong sign, frame, attitude and size of two effects each fail a unit test."""
-    found = list(mutations.examined(mutations.mutants_of("effect", name)))
+def test_broken_laws_are_noticed() -> None:
+    """Wrong sign, frame, attitude and size of a bias each fail a unit test."""
+    found = list(mutations.examined(mutations.mutants_of("effect", "gyroscope_bias")))
     assert [o.line() for o in found if not o.kept] == []
-    assert sum(o.changes for o in found) == count
+    assert sum(o.changes for o in found) == 3
     assert all(o.test for o in found if o.changes)
 
 

@@ -63,7 +63,7 @@ def test_walls_slide_without_friction() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("method", ["pbf", "dfsph"])
+@pytest.mark.parametrize("method", ["pbf", pytest.param("dfsph", marks=pytest.mark.slow)])
 def test_a_body_takes_water_along_and_pays_for_it(method: str) -> None:
     """A plate moves under a layer at rest: the layer follows as on a floor, momentum is kept."""
     plate = box_walls(np.zeros(3), SIZE, SPACING, closed=("z_low",))

@@ -355,7 +355,7 @@ def test_settings_are_described() -> None:
     assert not missing
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_the_films_of_the_gallery_are_made_by_one_command(tmp_path: Path) -> None:
     """A film under water in three small frames; a second call draws nothing anew."""
     from seals.experiments.photoreal import main as films

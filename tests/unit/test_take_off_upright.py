@@ -44,7 +44,7 @@ def quadplane(tmp_path: Path) -> Path:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", ["mujoco", "pybullet"])
+@pytest.mark.parametrize("engine", ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)])
 def test_it_takes_off_to_a_height_and_holds_it(quadplane: Path, engine: str) -> None:
     """From rest on the ground to 3 m, straight up, and there it stays; the pusher rests."""
     pytest.importorskip(engine)

@@ -125,7 +125,7 @@ def test_verbs_of_an_ordinary_user(place: Place, commands: list[list[str]]) -> N
     assert not list((place.root / "home").iterdir())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_particles_of_an_ordinary_user(place: Place) -> None:
     """Compiled code finds a folder; that it is not kept is said once."""
     if find_spec("taichi") is None:
@@ -137,7 +137,7 @@ def test_particles_of_an_ordinary_user(place: Place) -> None:
     assert not list((place.root / "home").iterdir())
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_training_of_an_ordinary_user(place: Place) -> None:
     """Nothing but the working folder is written to, by the libraries of learning either."""
     if find_spec("torchrl") is None:

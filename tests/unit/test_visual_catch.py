@@ -55,7 +55,7 @@ def scene(count: int, seed: int) -> Pictures:
     )
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_detector_learns_where_a_disc_is(tmp_path: Path) -> None:
     """It is found in fresh pictures, to a fraction of a cell, and saved and loaded as it was."""
     course = Course(updates=150, batch=32, seed=1)

@@ -101,7 +101,7 @@ def test_line_between_the_discs_judges() -> None:
     assert not slam.between("x", 1.2, 0.0).passed
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_coarse_entry_has_the_impulse_of_a_slam() -> None:
     """Eight spacings across, the impulse at 0.3 R lies between the two discs."""
     found = slam.slam(8, slam.Grade(quick=True, threads=2))

@@ -9,10 +9,14 @@ import pytest
 
 from seals.logs.log import Log
 from seals.logs.native import read_native
-from seals.sysid.diagnosis import Diagnosis, diagnose
+from seals.logs.shipped import find_log
+from seals.sysid.diagnosis import Diagnosis
+from seals.sysid.report.estimator import MissingEffect
 
 ROOT = Path(__file__).resolve().parents[2]
 BESIDE = ROOT.parent / "shared" / "data"
+WINDY = "hidden_effect/flight_a"
+"""What is hidden in it: hidden_effect_truth.yaml."""
 
 
 @pytest.fixture
@@ -36,18 +40,12 @@ def hovering(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def windy_case(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a quadrotor in wind that its model does not know, with its truth."""
-    from tests.validation.hidden import generate
-
-    folder = tmp_path_factory.mktemp("windy")
-    words = ["--level", "clear", "--vehicle", "quad", "--effect", "wind"]
-    generate.main([str(folder), *words, "--count", "1", "--seed", "11", "--no-gain"])
-    return next(p for p in sorted(folder.iterdir()) if p.is_dir())
+def fitted() -> MissingEffect:
+    """An estimator that has seen a flight in a wind that its model lacks; several files look."""
+    return MissingEffect().fit(WINDY)
 
 
 @pytest.fixture(scope="session")
-def windy(windy_case: Path) -> tuple[Diagnosis, Log]:
-    """Its diagnosis and its log; several files look at them."""
-    log = read_native(windy_case)
-    return diagnose(log), log
+def windy(fitted: MissingEffect) -> tuple[Diagnosis, Log]:
+    """Its diagnosis and its log."""
+    return fitted.diagnosis_, read_native(find_log(WINDY))

@@ -52,7 +52,9 @@ def test_every_drop_into_water_is_read_right(measurements: None) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("ball", ["whiffle_ball_1", "tennis_ball"])
+@pytest.mark.parametrize(
+    "ball", ["whiffle_ball_1", pytest.param("tennis_ball", marks=pytest.mark.slow)]
+)
 def test_drag_explains_the_second_drop_of_a_light_ball(ball: str, measurements: None) -> None:
     """The held-out error falls to that of an independent fit."""
     group = groups("experiment=falling_balls", f"only=[{ball}]")[ball]

@@ -11,6 +11,7 @@ from benchmarks.real_data import BESIDE
 pytestmark = pytest.mark.validation
 
 
+@pytest.mark.slow
 def test_cut_propellers_and_a_string_are_found() -> None:
     """Cut propellers, weights and silence about weak changes; docs state what is missed."""
     folder = BESIDE / "crazypad"

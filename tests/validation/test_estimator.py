@@ -18,12 +18,6 @@ TRUTH = Path(__file__).parent / "hidden_effect_truth.yaml"
 A, B = "hidden_effect/flight_a", "hidden_effect/flight_b"
 
 
-@pytest.fixture(scope="module")
-def fitted() -> MissingEffect:
-    """An estimator that has seen the first flight."""
-    return MissingEffect().fit(A)
-
-
 def test_settings_are_kept_as_given() -> None:
     """Settings are stored untouched, read and changed by name; a wrong name is refused."""
     made = MissingEffect(processes=3)
@@ -81,6 +75,7 @@ def test_the_score_is_that_of_an_unseen_flight(fitted: MissingEffect) -> None:
     assert misfit_of(other, wrong, fitted.diagnosis_) > 4.0
 
 
+@pytest.mark.thorough
 def test_another_vehicle_is_no_judge(fitted: MissingEffect) -> None:
     """A log of another vehicle is refused."""
     log = read_native(find_log(B))

@@ -31,6 +31,8 @@ from seals.sysid.validation.answer import read_answer
 from seals.sysid.validation.writing import models_of, overlay_of
 from tests.validation.hidden import generate
 
+pytestmark = pytest.mark.thorough
+
 # opens every fold and every choice, so that each chart has to be drawn
 _OPEN_ALL = """<script>
 addEventListener("load", () => {
@@ -116,7 +118,6 @@ def test_a_rival_has_a_model_of_its_own(windy: tuple[Diagnosis, Log]) -> None:
         assert alone == pytest.approx(found.search.nominal.fit.values["mass.mass"], rel=1e-5)
 
 
-@pytest.mark.thorough
 def test_the_report_is_two_whole_files_of_bounded_size(report: Path) -> None:
     """One page and one JSON file, nothing loaded from elsewhere, the script once."""
     assert sorted(p.name for p in report.iterdir()) == ["report.html", "report.json"]
@@ -168,7 +169,6 @@ def test_the_json_holds_what_the_page_shows(report: Path, windy: tuple[Diagnosis
     assert {t["words"] for t in data["tolerances"]} >= {"mass of the body"}
 
 
-@pytest.mark.thorough
 def test_residuals_of_the_right_model_fill_their_band(windy: tuple[Diagnosis, Log]) -> None:
     """Every channel's residual has the spread that noise and gusts give it, once wind is in."""
     found = windy[0]

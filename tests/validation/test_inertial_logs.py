@@ -27,6 +27,7 @@ START = {
 """Of the flight with a wind and a weak rotor, as its pose says."""
 
 
+@pytest.mark.thorough
 def test_a_model_that_rolls_away_from_its_start_says_what_would_hold_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

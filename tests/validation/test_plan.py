@@ -33,6 +33,7 @@ def plan(problem: Problem) -> Plan:
     return propose(problem, ["accelerometer_scale", "accelerometer_bias"])
 
 
+@pytest.mark.thorough
 def test_the_proposal_moves_up_and_down(plan: Plan) -> None:
     """Only a changing specific force tells scale from bias, and hovering is known not to."""
     assert plan.best.manoeuvre.name in ("heave", "vertical chirp", "all axes")

@@ -162,6 +162,7 @@ def test_an_older_log_must_not_get_worse(flights: Path, own: Path, tmp_path: Pat
     assert "calm" in str(found["reason"])
 
 
+@pytest.mark.thorough
 def test_a_choice_and_a_base_are_written_down(
     flights: Path, own: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -232,6 +233,7 @@ def by_both(problem: Problem, model: Model, seconds: float) -> tuple[float, floa
     return found.level, in_the_twin(model, ruler)
 
 
+@pytest.mark.thorough
 def test_the_simulator_leaves_what_the_twin_leaves(problem: Problem, model: Path) -> None:
     """Whole model, windows of a second: the misfits agree within one per cent."""
     whole = model_variants(problem, read_overlay(load_overlay(model)))[-1]
@@ -242,6 +244,7 @@ def test_the_simulator_leaves_what_the_twin_leaves(problem: Problem, model: Path
     assert simulated == pytest.approx(twin, rel=0.01)
 
 
+@pytest.mark.thorough
 def test_the_nominal_model_too_while_its_errors_are_small(problem: Problem) -> None:
     """Stated model, windows of a fifth of a second: within three per cent, far off the floor."""
     simulated, twin = by_both(problem, nominal(problem.vehicle), 0.2)
@@ -249,6 +252,7 @@ def test_the_nominal_model_too_while_its_errors_are_small(problem: Problem) -> N
     assert simulated == pytest.approx(twin, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_an_error_in_the_simulator_would_be_seen(problem: Problem) -> None:
     """Three per cent of thrust more, in the simulator alone, moves the misfit."""
     model = nominal(problem.vehicle)

@@ -10,6 +10,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 from benchmarks.other_simulators import underwater
@@ -17,6 +18,7 @@ from benchmarks.other_simulators.flight_sets import write_table
 from seals.cli.main import main
 
 
+@pytest.mark.thorough
 def test_noise_of_a_slow_dive_is_no_inertia_and_no_delay(tmp_path: Path) -> None:
     """Responses along a trajectory that follows the noise found both, by three deviations."""
     path = underwater.circle(radius=1.4, speed=0.5)

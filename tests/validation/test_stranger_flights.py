@@ -70,7 +70,7 @@ def test_what_was_hidden_is_named(name: str, tmp_path: Path) -> None:
         assert abs(one["value"] - value) <= max(0.05 * abs(value), 2.0 * half), key
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 @pytest.mark.validation
 def test_a_sensor_beside_its_place_is_named(tmp_path: Path) -> None:
     """What the arm adds to the accelerometer, by the smoothed gyroscope: name and place."""

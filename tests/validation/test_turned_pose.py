@@ -20,6 +20,7 @@ TURN = np.array([0.03, -0.04, 0.0])
 """Of the markers, two to three degrees [rad]."""
 
 
+@pytest.mark.thorough
 @pytest.mark.validation
 def test_markers_that_are_not_level_are_no_effect(tmp_path: Path) -> None:
     """The wind of the flight is named alone, and the turn against the sensor found to 4 mrad.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from seals.logs.native import read_native
 
@@ -15,6 +16,7 @@ from tests.docs.pages import steps  # noqa: E402
 PAGE = ROOT / "docs" / "tutorial_own_animal.md"
 
 
+@pytest.mark.thorough
 def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
     """Every command prints as promised; the beetle walks, finds its target, and runs away."""
     page = steps(PAGE.read_text(encoding="utf-8"))

@@ -19,6 +19,7 @@ LONGEST = 600.0
 """Seconds that the whole page may take."""
 
 
+@pytest.mark.thorough
 def test_the_tutorial_runs_as_printed(tmp_path: Path) -> None:
     """Every command ends and prints as promised; the robot hovers, floats and takes off again."""
     page = [block for block in blocks(PAGE.read_text(encoding="utf-8")) if block.when != "never"]

@@ -16,7 +16,7 @@ from tests.unit.rov_layouts import LAYOUTS, rov_folder
 SURVEY = Path(__file__).parents[1] / "unit/urdfs/vehicles/survey_auv.sdf"
 
 COMMON = ("water=fossen", "guide=los", "controller=autopilot", "time.step=0.02")
-ENGINES = ["pybullet", "mujoco", pytest.param("free", marks=pytest.mark.slow)]
+ENGINES = ["pybullet", *(pytest.param(name, marks=pytest.mark.slow) for name in ("mujoco", "free"))]
 TORPEDO = (
     "robot=torpedo",
     "guide.speed=1.5",

@@ -111,7 +111,7 @@ def test_a_cube_floats_and_no_momentum_is_lost(water: DeviceSolver) -> None:
         assert np.abs(e.external).max() < 1e-5 * gross
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_light_cube_rises_and_stays_whole(water: DeviceSolver) -> None:
     """A tenth of the displaced mass, released under water: out of it, and at rest there."""
     body = cube(water, 0.1, 14 + (0.5 - 0.9) * SIDE / SPACING)
@@ -121,7 +121,7 @@ def test_a_light_cube_rises_and_stays_whole(water: DeviceSolver) -> None:
     assert np.abs(body.velocity).max() < 1.0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_water_gets_under_a_cube_on_the_floor(water: DeviceSolver) -> None:
     """Its lower face on the floor, where no particle fits: lifted by about what it displaces.
 
@@ -179,7 +179,7 @@ def vars_of(body: Float) -> tuple[np.ndarray, ...]:
     return body.centre, body.velocity, body.rotation, body.spin
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_standing_wave_keeps_its_period_and_its_height(water: DeviceSolver) -> None:
     """Half a wave across the tank, 32 spacings long, lower than one: the period within 3 %."""
     body = cube(water, 1e6, ABOVE)

@@ -103,7 +103,7 @@ def test_light_bodies_are_stable_and_heavy_ones_sink(tmp_path: Path, ratio: floa
             assert end == pytest.approx(np.full(50, -0.3), abs=0.01)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
     """It moves less after the first steps than water that was just filled; the body stays put."""
     energies = []
@@ -116,7 +116,7 @@ def test_water_settles_around_a_held_body(tmp_path: Path) -> None:
     assert energies[1] < 0.3 * energies[0]
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_early_maker_sends_its_crest_behind_a_held_body(tmp_path: Path) -> None:
     """The crest comes as much earlier as the maker begins; the body has not moved meanwhile."""
     arrivals = []

@@ -49,7 +49,7 @@ def dived(*words: str, lowest: tuple[float, float, float]) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+@pytest.mark.parametrize("engine", [pytest.param("pybullet", marks=pytest.mark.slow), "mujoco"])
 def test_a_hexacopter_dives_and_takes_off_again(engine: str) -> None:
     """At -0.8 m within 5 cm, attitude below 25 degrees throughout, out of the water at the end."""
     dived("robot=hexacopter", STRAIGHT, f"backend={engine}", lowest=(0.0, 0.0, -0.8))

@@ -97,11 +97,11 @@ def practised(environment: Bandit, *, steps: int, temperature: float) -> Any:
     ("cut", "length", "steps", "value"),
     [
         # it is over: the reward alone
-        (False, 1, 1, 1.0),
+        pytest.param(False, 1, 1, 1.0, marks=pytest.mark.slow),
         (False, 1, 3, 1.0),
         # cut off, the state would have gone on for ever: 1 / (1 - 0.5)
-        (True, 1, 1, 2.0),
-        (True, 1, 3, 2.0),
+        pytest.param(True, 1, 1, 2.0, marks=pytest.mark.slow),
+        pytest.param(True, 1, 3, 2.0, marks=pytest.mark.slow),
         (True, 7, 3, 2.0),
         # never cut off: the same
         (False, 10**9, 3, 2.0),
@@ -143,7 +143,7 @@ def trained(
     ).run()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_cloning_learns_from_many_demonstrations(tmp_path: Path) -> None:
     """From 150 demonstrations a clone reaches at least half of new targets; from none it cannot."""
     outcome = trained(BC(hidden=[128, 128], updates=3000), tmp_path, steps=0, count=1, shown=150)

@@ -157,7 +157,7 @@ def test_a_cube_floats_at_its_density_ratio() -> None:
         body.water.close()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_light_cube_rises_stays_whole_and_balances() -> None:
     """A tenth of the displaced mass, released under water: stable, and momentum adds up."""
     body, found = floating(0.1, 0.9, seconds=0.8)

@@ -60,6 +60,7 @@ def fitted(time: np.ndarray, mean: np.ndarray, exact: float) -> tuple[float, flo
     return exact / fit[2], 1 - math.exp(-fit[1] * 2 * math.pi / exact)
 
 
+@pytest.mark.thorough
 def test_a_standing_wave_keeps_its_period_and_its_height() -> None:
     """Sixty spacings long: the period within three per cent, a fifth of the height lost in it."""
     period, lost = swing(PbfSettings())

@@ -98,7 +98,7 @@ def test_water_on_a_wall_goes_neither_up_nor_down() -> None:
     assert abs(found.core.mean() - found.wall.mean()) < 0.5 * SPACING / 1.0
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_an_uneven_wall_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the moments of the samples alone, not of the water behind them, both bounds break."""
     begin = Isotropy.__init__

@@ -148,7 +148,10 @@ def test_fit_of_coupled_motions() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco", "free", "twin"])
+@pytest.mark.parametrize(
+    "engine",
+    ["pybullet", "twin", *(pytest.param(e, marks=pytest.mark.slow) for e in ("mujoco", "free"))],
+)
 def test_heave_decay(bench: Bench, engine: str) -> None:
     """A hemisphere let go decays within 2 % of Cummins' equation with Hulme's coefficients."""
     start, step = 0.01 * RADIUS, 0.004

@@ -86,7 +86,7 @@ def off_the_square(position: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+@pytest.mark.parametrize("engine", ["pybullet", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_the_course_in_a_gusty_current_is_held_within_ten_centimetres(engine: str) -> None:
     """A square at 0.15 m/s in 0.5 m/s with gusts, by a noisy odometry, from a start at rest."""
     run = run_settings(["experiment=rov_course", f"backend={engine}", "time.step=0.01",

@@ -50,7 +50,13 @@ def lifted(world: World) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("yaw", "wet"), [(0.35, False), (0.0, True), (0.8, True)])
+@pytest.mark.parametrize(
+    ("yaw", "wet"),
+    [
+        (0.8, True),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in [(0.35, False), (0.0, True)]),
+    ],
+)
 def test_a_cube_is_lifted_whichever_way_it_lies(yaw: float, wet: bool) -> None:
     """Friction alone carries the cube through a swing of 1.2 rad, in air and under water."""
     with contextlib.closing(

@@ -78,7 +78,9 @@ def heap(seed: int) -> tuple[Scene, Poses, Cameras]:
     return scene, poses, Cameras(origin[None, None], (link @ OPTICAL)[None, None])
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize(
+    "seed", [0, 1, 2, *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 8))]
+)
 def test_random_scenes_look_alike(seed: int) -> None:
     """Masks overlap by 97 %, depth differs by less than 1 cm in the median and at 99 %."""
     for a, b in pair(*heap(seed), Lens(width=160, height=128, fov=0.9)):
@@ -118,7 +120,10 @@ def manipulator(detail: Detail, arm: str, height: float) -> tuple[Scene, Poses, 
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("detail", list(Detail), ids=lambda d: d.value)
-@pytest.mark.parametrize("arm", ["[0,0,0,0,0,0]", "[0.3,-1.0,-0.4,-0.6,-0.6,-0.6]"])
+@pytest.mark.parametrize(
+    "arm",
+    [pytest.param("[0,0,0,0,0,0]", marks=pytest.mark.slow), "[0.3,-1.0,-0.4,-0.6,-0.6,-0.6]"],
+)
 def test_the_cameras_of_the_manipulator_see_alike(detail: Detail, arm: str) -> None:
     """Front and belly camera: masks, depth and colour as in random scenes."""
     for a, b in pair(*manipulator(detail, arm, -0.5), Lens(width=112, height=112, fov=1.4)):

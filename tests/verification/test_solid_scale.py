@@ -48,7 +48,7 @@ def over(places: np.ndarray, middle: np.ndarray) -> float:
     return float(np.sort(x[column, 2])[:9].mean() - 0.5 * EDGE)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_body_of_more_weight_keeps_more_water_away_and_is_lifted_by_as_much() -> None:
     """Lift as the cube of the edge, grown by the layer that it keeps away, within 8 %."""
     fluid = opened({"light": 0.5, "heavy/cube": 2.0})

@@ -79,7 +79,7 @@ THRUSTER = """
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
+@pytest.mark.parametrize("engine", ["pybullet", pytest.param("mujoco", marks=pytest.mark.slow)])
 def test_a_boat_of_four_thrusters_is_held_in_its_place(engine: str, tmp_path: Path) -> None:
     """No drive pushes it up: the surface holds it, and thrusters its place in a current."""
     pytest.importorskip(engine)

@@ -167,7 +167,7 @@ def test_a_run_in_particles_has_it_where_the_drag_is_stated(
         world.step()
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_sphere_of_five_spacings_keeps_its_speed_in_particles(tmp_path: Path) -> None:
     """Pulled by its stated drag at 1 m/s; water of five spacings alone drags thrice as much."""
     volume, speeds = math.pi / 6.0 * 0.1**3, {}

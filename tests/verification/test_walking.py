@@ -23,7 +23,7 @@ def world_of(*overrides: str) -> tuple[World, Any]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("recipe", [LAND, SEABED, "experiment=sea_spider_seabed"])
+@pytest.mark.parametrize("recipe", [LAND, "experiment=sea_spider_seabed"])
 def test_foot_forces_at_rest_carry_weight_less_buoyancy(recipe: str) -> None:
     """The normal forces of a standing animal add up to m g - rho g V within 1 %, on all feet."""
     world, actor = world_of(recipe, "guide.speed=0")
@@ -116,7 +116,9 @@ def test_work_of_the_legs_lifts_the_body() -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("recipe", "least"), [(LAND, 2.0), (SEABED, 0.5)])
+@pytest.mark.parametrize(
+    ("recipe", "least"), [pytest.param(LAND, 2.0, marks=pytest.mark.slow), (SEABED, 0.5)]
+)
 def test_walks_upright_and_as_fast_at_half_the_step(recipe: str, least: float) -> None:
     """A tripod keeps upright, its joints within their limits, its speed within 5 % at 2 ms."""
     whole = walked([recipe, "time.duration=5"], seed=1)
@@ -130,7 +132,7 @@ def test_walks_upright_and_as_fast_at_half_the_step(recipe: str, least: float) -
     assert half.speed == pytest.approx(whole.speed, rel=0.05)
 
 
-@pytest.mark.thorough
+@pytest.mark.slow
 def test_a_sea_spider_walks() -> None:
     """Eight legs carry it at the speed that is asked, upright."""
     walk = walked(["experiment=sea_spider_seabed", "time.duration=8"])

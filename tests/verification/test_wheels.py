@@ -18,7 +18,8 @@ from seals.run.build import run_settings
 from seals.run.simulation import simulate
 
 Floats = NDArray[np.float64]
-ENGINES = ["mujoco", "pybullet"]
+ENGINES = ["mujoco", pytest.param("pybullet", marks=pytest.mark.thorough)]
+ONE = ["mujoco", pytest.param("pybullet", marks=pytest.mark.slow)]
 G, RADIUS, WIDTH, MASS, WHEEL = 9.81, 0.1, 0.04, 8.0, 0.5
 STALL, NO_LOAD, ARMATURE = 1.0, 20.0, 0.01
 SPIN = 0.5 * WHEEL * RADIUS**2
@@ -200,7 +201,8 @@ def test_the_amphibian_floats_at_the_draught_of_archimedes(engine: str) -> None:
     assert np.abs(last.velocity).max() < 1e-3
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.thorough
+@pytest.mark.parametrize("engine", ONE)
 def test_it_drives_into_the_water_swims_and_drives_ashore(engine: str) -> None:
     """It floats at its draught in between, and stands on its wheels on the beach at the end."""
     record = simulate(run_settings(["experiment=amphibian_crossing", f"backend={engine}"]))
@@ -215,7 +217,8 @@ def test_it_drives_into_the_water_swims_and_drives_ashore(engine: str) -> None:
     assert np.abs(place[-500:, 1] - 3.0).max() < 0.15
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.thorough
+@pytest.mark.parametrize("engine", ONE)
 def test_a_rover_follows_a_square(engine: str) -> None:
     """It passes each corner within 6 cm, and the legs' middles within 2 cm."""
     record = simulate(run_settings(["experiment=rover_course", f"backend={engine}"]))
