@@ -9,7 +9,11 @@ from typing import Any
 import yaml
 
 DOCS = Path(__file__).resolve().parents[1]
-PAGES = {"simulators": "index.md", "identification": "coming_from.md"}
+PAGES = {
+    "simulators": "index.md",
+    "more simulators": "index.md",
+    "identification": "coming_from.md",
+}
 """Page that holds each table."""
 BLANK = (
     "Each entry is linked to the page that says so; a blank cell means that no such page was "
@@ -21,6 +25,11 @@ def read() -> dict[str, Any]:
     """Return the data: the date, and columns, rows and cells of every table."""
     found: dict[str, Any] = yaml.safe_load((DOCS / "others.yaml").read_text(encoding="utf-8"))
     return found
+
+
+def pairs(cell: list[str]) -> list[tuple[str, str]]:
+    """Return the texts of a cell, each with the address of the page that says so."""
+    return list(zip(cell[::2], cell[1::2], strict=True))
 
 
 def table(name: str, data: dict[str, Any]) -> str:
@@ -36,9 +45,12 @@ def table(name: str, data: dict[str, Any]) -> str:
     lines = [f"| | {' | '.join(heads)} |", "|" + "---|" * (len(heads) + 1)]
     for row, cells in part["rows"].items():
         given = (cells.get(title) for title in columns)
-        shown = ("" if cell is None else f"[{cell[0]}]({cell[1]})" for cell in given)
+        shown = ("; ".join(f"[{text}]({at})" for text, at in pairs(cell or [])) for cell in given)
         lines.append(f"| {row} | {' | '.join(shown)} |")
-    return f"Sources were read up to {data['date']}. {BLANK}\n\n" + "\n".join(lines)
+    return (
+        f"Sources were read on {data['date']}, some in copies that are months older. {BLANK}\n\n"
+        + "\n".join(lines)
+    )
 
 
 def written(page: str, name: str, data: dict[str, Any]) -> str:
