@@ -64,8 +64,8 @@ class SolverPbf(DeviceSolver):
     @property
     def sound_speed(self) -> float:
         """Speed of sound of the compliance in use [m/s]."""
-        if self.settings.sound_speed > 0:
-            return self.settings.sound_speed
+        if self.sound > 0:
+            return self.sound
         return 10 * math.sqrt(max(self.settings.gravity * self._depth, 1e-6))
 
     @property
