@@ -137,20 +137,22 @@ def test_the_surface_of_the_window_follows_the_outer_sea(closing: list[FluidWind
 
 def test_water_of_a_window_has_its_rest_density_at_every_depth(closing: list[FluidWindow]) -> None:
     """Its weight presses less than half of what it would at that speed of sound, g h / c^2."""
-    fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.6], physics=PbfSettings(sound_speed=10))
+    physics = PbfSettings(sound_speed=10.0, deterministic=True)
+    fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.6], physics=physics)
     closing.append(fluid)
-    place = (0.0, 0.0, -0.2)
+    place, pressures = (0.0, 0.0, -0.2), []
     fluid.initialise(held(place))
+    water = fluid.simulation.water
     for k in range(60):
         fluid.exchange(held(place), k * STEP, STEP)
-    water = fluid.simulation.water
-    heights, dense = water.positions()[:, 2], water.densities() / 1000.0
-    deep = (heights > -0.5) & (heights < -0.3)
-    assert dense[deep].mean() == pytest.approx(1.0, abs=0.5 * 9.81 * 0.4 / 10.0**2)
+        if k >= 30:
+            heights = water.positions()[:, 2]
+            deep = (heights > -0.5) & (heights < -0.3)
+            pressures.append(water.pressures()[deep].mean() / (-9810.0 * heights[deep].mean()))
+    assert water.densities()[deep].mean() == pytest.approx(1000.0, abs=500.0 * 9.81 * 0.4 / 10.0**2)
     # a column that is compressed by g h / c^2 at each depth h sinks by g H^2 / (3 c^2) in the mean
     assert heights.mean() == pytest.approx(-0.3, abs=0.5 * 9.81 * 0.6**2 / (3.0 * 10.0**2))
-    pressure = water.pressures()[deep]
-    assert pressure.mean() == pytest.approx(-9810.0 * heights[deep].mean(), rel=0.03)
+    assert np.mean(pressures) == pytest.approx(1.0, abs=0.03)
 
 
 def test_water_advances_by_several_steps_and_hands_equal_shares_over(

@@ -117,7 +117,7 @@ class Simulation(ABC):
 
         The water may advance by several steps at once; each of them gets an equal share.
         """
-        if not self._ahead:
+        if self._ahead < 1:
             self._ahead = count = self._stride(states, time, step)
             centred = self._centred(states, step, count)
             self._share = self._advance(centred, time, count * step) / count
