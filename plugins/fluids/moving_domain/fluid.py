@@ -92,7 +92,7 @@ class MovingDomain(Simulation):
         self._strain, high = self._strained()
         # what gravity drives about a body, and in waves
         volume = max((float(body.volumes.sum()) for body in self.immersed.filled), default=0.0)
-        length = max(math.cbrt(volume), high, box.spacing)
+        length = max(volume ** (1 / 3), high, box.spacing)
         self._least = max(math.sqrt(physics.gravity * length), SLOWEST)
         self._own = physics.sound_speed <= 0.0
         self._sound = physics.sound_speed or MACH * self._least
@@ -514,7 +514,7 @@ class FluidWindow(ParticleFluid):
         level = float(environment.water_level or 0.0)
         bottom = environment.tank_bottom
         depth = self.size[2] if bottom is None else min(self.size[2], level - bottom)
-        ball = math.cbrt(6.0 * volume / math.pi)
+        ball = (6.0 * volume / math.pi) ** (1 / 3)
         ample = (
             max(2.0 * FITS * reach, WIDE * ball, depth) + 2 * (self.ring + self.cell) * self.spacing
         )
