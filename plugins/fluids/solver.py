@@ -42,9 +42,8 @@ class Domain(NamedTuple):
         capacity: largest number of particles.
         boundary_capacity: largest number of boundary samples, all bodies together.
         bodies: number K of bodies.
-        level: surface of the water at rest [m], where it is known: a compressible solver then
-            compresses by what the pressure is over that of water at rest, which has the rest
-            density at every depth. Minus infinity for none.
+        level: surface of the water at rest [m]; minus infinity for none. Compressible water yields
+            to its pressure over that at rest alone: at rest, its density is even.
     """
 
     spacing: float

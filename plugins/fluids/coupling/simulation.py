@@ -125,14 +125,10 @@ class Simulation(ABC):
         return self._share
 
     def _centred(self, states: BodyStates, step: float, count: int) -> BodyStates:
-        """Return the bodies with the velocities of the middle of the water's last step.
-
-        Theirs are of the middle of the world's; the difference is made up by the mean acceleration.
-        """
+        """Return the bodies as of the middle of the water's last step, by their acceleration."""
         late = 0.5 * (count - 1) * step / self._took if self._took else 0.0
         now = np.stack([states.velocity, states.spin])
-        before = now if self._past is None else self._past
-        velocity, spin = now - late * (now - before)
+        velocity, spin = now if self._past is None else now - late * (now - self._past)
         self._past, self._took = now, count * step
         return states._replace(velocity=velocity, spin=spin)
 

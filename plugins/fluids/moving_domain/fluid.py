@@ -90,10 +90,9 @@ class MovingDomain(Simulation):
         if bodies:
             refuse_large_robot(self.immersed.samples[0], box)
         self._strain, high = self._strained()
-        # what gravity drives about a body, and in waves
         volume = max((float(body.volumes.sum()) for body in self.immersed.filled), default=0.0)
         length = max(volume ** (1 / 3), high, box.spacing)
-        self._least = max(math.sqrt(physics.gravity * length), SLOWEST)
+        self._least = max(math.sqrt(physics.gravity * length), 0.01)
         self._own = physics.sound_speed <= 0.0
         self._sound = physics.sound_speed or MACH * self._least
         self._reach = self._strain + (ROOM + 2.0) * box.spacing
@@ -412,8 +411,6 @@ WIDE, FITS = 2.0, 1.2
 followed body's volume, and over its own [1]."""
 MACH = 10.0
 """Speed of sound over the largest speed of the flow: one per cent of compression [1]."""
-SLOWEST = 0.01
-"""Least speed of the flow that it is chosen by, where nothing pulls the water [m/s]."""
 FADES = 0.1
 """Time in which the speed of sound follows that of a body that slows down [s]."""
 SETTLED = 4.0
@@ -431,11 +428,10 @@ class FluidWindow(ParticleFluid):
         x = X + U t + xi(X, t), with the displacement xi of the waves and the current U; in a ring
         along the sides v <- v + (u - v)(1 - exp(-rate w h)), u of the outer sea,
         w = (exp(s^3.5) - 1) / (e - 1), s from 0 at its inner edge to 1 at the side.
-        Water is compressed by what its pressure is over rho g (level - z), so that it has its rest
-        density at every depth. The speed of sound is 10 max(sqrt(g l), v), with l the cube root of
-        the largest body's volume or the amplitude of the waves, and v of the fastest body that is
-        not above the sides, against the outer sea. The water advances by as many steps of the
-        world as one substep of that speed of sound holds, four at most.
+        Water is compressed by its pressure over rho g (level - z): its density is even at rest. The
+        speed of sound is 10 max(sqrt(g l), v), l the cube root of the largest body's volume or the
+        amplitude of the waves, v of the fastest body below the top of the sides against the sea.
+        The water advances by as many steps of the world as one substep holds, four at most.
 
     Args:
         spacing: of the particles at rest [m]; the nearest one that divides the depth is taken.

@@ -202,7 +202,6 @@ class DevicePipeline(ABC):
         soft = compliance(sound, step)
         self.numbers.step[None] = step
         self.numbers.compliance[None] = soft
-        # without a level at rest there is no pressure at rest
         strain = self.settings.gravity / (self.smoothing.lattice.virial * sound**2)
         known = math.isfinite(level)
         self.numbers.strain[None], self.numbers.level[None] = (strain, level) if known else (0, 0)

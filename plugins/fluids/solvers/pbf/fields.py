@@ -154,8 +154,7 @@ class Globals:
         self.moving = fields.scalar(ti.i32)
         self.step = fields.scalar(ti.f32)
         self.compliance = fields.scalar(ti.f32)
-        # compression that is not resisted, for each metre under the level of water at rest, and
-        # that level above the origin
+        # compression at rest by depth that is made up for, and the level above the origin
         self.strain = fields.scalar(ti.f32)
         self.level = fields.scalar(ti.f32)
         self.warm = fields.scalar(ti.f32)
