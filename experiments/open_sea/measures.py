@@ -80,7 +80,7 @@ def _late(tow: Tow) -> Any:
 
 def _cost(name: str, tow: Tow) -> dict[str, tuple[float, float]]:
     few = round(PART * len(tow.time))
-    first, last = (float(np.median(c)) for c in (tow.cost[:few], tow.cost[-few:]))
+    first, last = (float(np.mean(c)) for c in (tow.cost[:few], tow.cost[-few:]))
     return {
         f"{name}: processor time of a step, first tenth of the way [ms]": (first * 1e3, NONE),
         f"{name}: the same, last tenth [ms]": (last * 1e3, NONE),

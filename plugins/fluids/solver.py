@@ -19,6 +19,7 @@ What the domains assume of every solver:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import Field, dataclass
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
@@ -41,6 +42,8 @@ class Domain(NamedTuple):
         capacity: largest number of particles.
         boundary_capacity: largest number of boundary samples, all bodies together.
         bodies: number K of bodies.
+        level: surface of the water at rest [m]; minus infinity for none. Compressible water yields
+            to its pressure over that at rest alone: at rest, its density is even.
     """
 
     spacing: float
@@ -49,6 +52,7 @@ class Domain(NamedTuple):
     capacity: int
     boundary_capacity: int
     bodies: int
+    level: float = -math.inf
 
 
 @state_record
@@ -62,8 +66,7 @@ class Exchange(NamedTuple):
         walls: impulse of the water on everything static [N s], shape (3,).
         gravity: impulse of gravity on the water [N s], shape (3,).
         external: change of the water's momentum not explained by the above [N s], shape (3,):
-            rounding, and terms that do not conserve momentum, such as vorticity confinement;
-            after - before = gravity - walls - sum of impulses + external.
+            rounding; after - before = gravity - walls - sum of impulses + external.
         iterations: pressure iterations, mean over the substeps.
         mean_compression: mean of max(density / rest density - 1, 0) after the last substep [1].
         max_compression: its maximum [1].
@@ -106,12 +109,15 @@ class ParticleSolver(Protocol):
         origin: lower corner of the domain [m], shape (3,).
         capacity: largest number of particles.
         count: number of particles.
+        sound: numerical speed of sound for the coming steps [m/s], first that of the settings. The
+            moving domain sets it by the speeds of the bodies.
     """
 
     spacing: float
     origin: Floats
     capacity: int
     count: int
+    sound: float
 
     @property
     def boundary_count(self) -> int:
@@ -244,10 +250,7 @@ class SolverSettings(Protocol):
         density: rest density [kg/m^3].
         gravity: acceleration of free fall [m/s^2].
         sound_speed: numerical speed of sound [m/s]. The tank passes 0 on, which lets the solver
-            choose. The moving domain gives a positive one, ten times the fastest long wave unless
-            it is set, and fills the water compressed by its own weight at that speed: strain
-            gravity / sound_speed^2 for each metre of depth, one per cent at the floor by default. A
-            solver that ignores it finds the water of the window compressed by that much.
+            choose. The moving domain gives a positive one, and ``Domain.level``.
         outflow: whether particles may leave the domain.
     """
 

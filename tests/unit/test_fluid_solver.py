@@ -36,6 +36,7 @@ class FallingSolver:
         self.origin = np.array(given.lower, dtype=float)
         self.x, self.v = np.zeros((0, 3)), np.zeros((0, 3))
         self.boundary: dict[int, Floats] = {}
+        self.sound = options.sound_speed
         self.closed = False
 
     @property

@@ -35,9 +35,7 @@ D = 0.1
 def box(**fields: Any) -> Box:
     """Return a box of 2 x 1.6 x 0.8 m around the origin."""
     corner = np.array([-1.0, -0.8, -0.8])
-    return Box(D, corner, (20, 16, 8), ring=5, cell=2, freeboard=0.3, squeeze=0.01)._replace(
-        **fields
-    )
+    return Box(D, corner, (20, 16, 8), ring=5, cell=2, freeboard=0.3)._replace(**fields)
 
 
 def test_the_ring_weighs_one_at_the_sides_and_nothing_inside() -> None:
@@ -64,14 +62,6 @@ def test_water_taken_in_continues_the_lattice() -> None:
     assert len(come) == 2 * 16 * 8
     together = np.sort(np.concatenate([stay, come]), axis=0)
     assert together == pytest.approx(np.sort(new.lattice(), axis=0))
-
-
-def test_resting_water_is_squeezed_by_its_weight() -> None:
-    """Layers lie closer at the floor than at the surface, by depth times the squeeze."""
-    heights = np.unique(np.round(box().lattice()[:, 2], 9))
-    gaps = np.diff(heights) / D
-    assert gaps[0] == pytest.approx(1.0 - 0.01 * 0.7, abs=2e-4)
-    assert gaps[-1] == pytest.approx(1.0 - 0.01 * 0.1, abs=2e-4)
 
 
 SEAS = [
@@ -180,12 +170,15 @@ def test_the_window_ends_at_the_floor() -> None:
     assert shallow.lower[2] == pytest.approx(-0.31)
 
 
-def test_a_window_without_a_size_is_twice_as_wide_as_its_robot() -> None:
-    """Inside of the ring, a cell to spare; never narrower there than deep."""
-    still = EnvironmentSettings(water_level=0.0)
-    assert FluidWindow(spacing=0.05).box(still, 0.4).counts == (44, 44, 16)
-    assert FluidWindow(spacing=0.05).box(still, 0.1).counts == (28, 28, 16)
-    assert FluidWindow(spacing=0.05, size=[0.0, 1.5, 0.4]).box(still, 0.2).counts == (28, 30, 8)
+def test_a_window_without_a_size_follows_the_size_of_its_robot() -> None:
+    """Inside of the ring, a cell to spare: twice a ball, 1.2 times a sparse robot, or the depth."""
+    still, one = EnvironmentSettings(water_level=0.0), FluidWindow(spacing=0.05)
+    ball = 4.0 / 3.0 * math.pi * 0.4**3
+    assert one.box(still, 0.4, ball).counts == (44, 44, 12)
+    assert one.box(still, 0.5, 0.001).counts == (36, 36, 12)
+    assert one.box(still, 0.1).counts == (24, 24, 12)
+    side = FluidWindow(spacing=0.05, size=[0.0, 1.5, 0.4])
+    assert side.box(still, 0.2, 0.125 * ball).counts == (28, 30, 8)
 
 
 def test_waves_that_particles_cannot_follow_are_refused() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from seals.environment.settings import EnvironmentSettings
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
+from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.plugins.waves.sea import WaveSea
 from seals.plugins.waves.still import WaveStill
 from seals.robot.pieces import Piece
@@ -131,3 +133,50 @@ def test_the_surface_of_the_window_follows_the_outer_sea(closing: list[FluidWind
         outer = fluid.simulation.outer.elevation(at, (k + 1) * STEP)
         off.append(np.asarray(fluid.surface(at).elevation)[:, 0] - outer)
     assert np.sqrt(np.mean(np.square(off))) < 0.1 * 0.1
+
+
+def test_water_of_a_window_has_its_rest_density_at_every_depth(closing: list[FluidWindow]) -> None:
+    """Its weight presses less than half of what it would at that speed of sound, g h / c^2."""
+    physics = PbfSettings(sound_speed=10.0, deterministic=True)
+    fluid = opened(WaveStill(), NOTHING, size=[0.7, 0.7, 0.6], physics=physics)
+    closing.append(fluid)
+    place, pressures = (0.0, 0.0, -0.2), []
+    fluid.initialise(held(place))
+    water = fluid.simulation.water
+    for k in range(60):
+        fluid.exchange(held(place), k * STEP, STEP)
+        if k >= 30:
+            heights = water.positions()[:, 2]
+            deep = (heights > -0.5) & (heights < -0.3)
+            pressures.append(water.pressures()[deep].mean() / (-9810.0 * heights[deep].mean()))
+    assert water.densities()[deep].mean() == pytest.approx(1000.0, abs=500.0 * 9.81 * 0.4 / 10.0**2)
+    # a column that is compressed by g h / c^2 at each depth h sinks by g H^2 / (3 c^2) in the mean
+    assert heights.mean() == pytest.approx(-0.3, abs=0.5 * 9.81 * 0.6**2 / (3.0 * 10.0**2))
+    assert np.mean(pressures) == pytest.approx(1.0, abs=0.03)
+
+
+def test_water_advances_by_several_steps_and_hands_equal_shares_over(
+    closing: list[FluidWindow],
+) -> None:
+    """A slow ball: two steps at once; a fast one raises the speed of sound, and takes every step.
+
+    Momentum: what the water gave in its step is the sum of the shares.
+    """
+    fluid = opened(WaveStill(), BALL, size=[0.9, 0.9, 0.4])
+    closing.append(fluid)
+    fluid.initialise(held((0.0, 0.0, -0.2)))
+    first = fluid.exchange(held((0.0, 0.0, -0.2)), 0.0, STEP)
+    balance, kept = fluid.momentum_balance(), fluid.snapshot()
+    again = fluid.exchange(held((0.0, 0.0, -0.2)), STEP, STEP)
+    assert balance is not None
+    assert (first == again).all()
+    assert (2.0 * first[0, :3]) == pytest.approx(balance.bodies, rel=1e-12)
+    third = fluid.exchange(held((0.0, 0.0, -0.2)), 2 * STEP, STEP)
+    assert (third != again).any()
+    fluid.restore(kept)
+    assert (fluid.exchange(held((0.0, 0.0, -0.2)), STEP, STEP) == again).all()
+    slow, given = fluid.simulation.water.sound, []
+    for k in range(2, 6):
+        given.append(fluid.exchange(held((0.0, 0.0, -0.2), -2.0), k * STEP, STEP))
+    assert fluid.simulation.water.sound >= max(20.0, slow)
+    assert all((a != b).any() for a, b in pairwise(given))

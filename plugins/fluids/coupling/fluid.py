@@ -52,7 +52,8 @@ class ParticleFluid:
         spacing: of the particles at rest [m].
         size: length (x), width (y) and depth of the water [m].
         freeboard: room above the water [m].
-        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability.
+        substeps: of the fluid in a step of the world; 0 derives them from the solver's stability;
+            a window may then take several steps at once.
         solver: pbf or dfsph.
         physics: options of the solver; density and gravity are those of the environment.
         dfsph: further options of ``solver=dfsph``.

@@ -41,7 +41,10 @@ class Simulation(ABC):
         left: particles that left.
     """
 
-    _state: ClassVar[tuple[str, ...]] = ("last", "removed", "left", "_exchange", "_looked")
+    _state: ClassVar[tuple[str, ...]] = (
+        *("last", "removed", "left", "_exchange", "_looked"),
+        *("_ahead", "_share", "_past", "_took"),
+    )
 
     def __init__(
         self,
@@ -61,8 +64,9 @@ class Simulation(ABC):
         *,
         capacity: int,
         surface: HeightField,
+        level: float = -math.inf,
     ) -> None:
-        """Allocate the solver; ``moved`` are kinematic boundaries besides the bodies."""
+        """Allocate the solver, see `Domain`; ``moved`` are kinematic boundaries but bodies."""
         boundary = self.immersed.count + sum(len(s.points) for s in (*moved, fixed))
         refuse_large(capacity, boundary, self.settings.most)
         self.water = self.physics.build(
@@ -73,6 +77,7 @@ class Simulation(ABC):
                 capacity=capacity,
                 boundary_capacity=boundary,
                 bodies=self.bodies + len(moved),
+                level=level,
             ),
             device=self.settings.device.value,
             threads=self.settings.threads,
@@ -89,6 +94,9 @@ class Simulation(ABC):
         self.removed = self.left = 0
         self._exchange: Exchange | None = None
         self._looked = -math.inf
+        self._ahead, self._share = 0, np.zeros((self.bodies, 6))
+        self._past: Floats | None = None
+        self._took = 0.0
 
     def initialise(self, states: BodyStates) -> None:
         """Fill the domain with water around bodies and solids, at time zero."""
@@ -105,7 +113,31 @@ class Simulation(ABC):
         self._look(states, 0.0)
 
     def exchange(self, states: BodyStates, time: float, step: float) -> Floats:
-        """Advance by a step; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
+        """Return the impulses on the bodies in a step [N s, N m s], shape (K, 6).
+
+        The water may advance by several steps at once; each of them gets an equal share.
+        """
+        if self._ahead < 1:
+            self._ahead = count = self._stride(states, time, step)
+            centred = self._centred(states, step, count)
+            self._share = self._advance(centred, time, count * step) / count
+        self._ahead -= 1
+        return self._share
+
+    def _centred(self, states: BodyStates, step: float, count: int) -> BodyStates:
+        """Return the bodies as of the middle of the water's last step, by their acceleration."""
+        late = 0.5 * (count - 1) * step / self._took if self._took else 0.0
+        now = np.stack([states.velocity, states.spin])
+        velocity, spin = now if self._past is None else now - late * (now - self._past)
+        self._past, self._took = now, count * step
+        return states._replace(velocity=velocity, spin=spin)
+
+    def _stride(self, states: BodyStates, time: float, step: float) -> int:
+        """Return the number of steps [s] of the world that the water advances at once."""
+        return 1
+
+    def _advance(self, states: BodyStates, time: float, step: float) -> Floats:
+        """Advance by a step [s]; return the impulses on the bodies [N s, N m s], shape (K, 6)."""
         before, self.step = self.water.momentum(), step
         start = self.water.momentum() if self._shift(states, time) else before
         self._place(states, time, step)

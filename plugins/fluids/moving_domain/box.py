@@ -28,7 +28,6 @@ class Box(NamedTuple):
         ring: width of the relaxation ring, in spacings.
         cell: by which it moves, in spacings.
         freeboard: height of its sides above the surface at rest [m].
-        squeeze: compression of the water at rest for each metre under the surface [1/m].
     """
 
     spacing: float
@@ -37,7 +36,6 @@ class Box(NamedTuple):
     ring: int
     cell: int
     freeboard: float
-    squeeze: float
 
     @property
     def upper(self) -> Floats:
@@ -73,14 +71,11 @@ class Box(NamedTuple):
         return found
 
     def lattice(self) -> Floats:
-        """Particle positions of water at rest, compressed by its weight [m], shape (n, 3)."""
-        axes = [
+        """Particle positions of water at rest [m], shape (n, 3)."""
+        axes = (
             low + self.spacing * (np.arange(n) + 0.5)
             for low, n in zip(self.lower, self.counts, strict=True)
-        ]
-        # what lies below is compressed by what lies above
-        up = axes[2] - self.lower[2]
-        axes[2] = axes[2] - self.squeeze * up * (self.depth - 0.5 * up)
+        )
         return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 
     def weight(self, rest: Floats) -> Floats:

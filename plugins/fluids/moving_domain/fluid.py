@@ -24,7 +24,7 @@ from seals.plugins.fluids.moving_domain.refusals import (
     refuse_large_robot,
     refuse_sea,
 )
-from seals.plugins.fluids.sampling import reach_of
+from seals.plugins.fluids.sampling import reach_of, volume_of
 from seals.plugins.fluids.solver import SolverSettings
 from seals.plugins.fluids.solvers.pbf.settings import PbfSettings
 from seals.schema import count, setting, vector
@@ -57,6 +57,7 @@ class MovingDomain(Simulation):
         outer: the sea around it.
         physics: options of the solver.
         bodies: in the water; the first one is followed.
+        step: of the world [s].
 
     Attributes:
         shifts: number of times the box has moved by a cell.
@@ -68,7 +69,10 @@ class MovingDomain(Simulation):
     """
 
     settings: FluidWindow
-    _state: ClassVar[tuple[str, ...]] = (*Simulation._state, "box", "shifts", "entered", "lift")
+    _state: ClassVar[tuple[str, ...]] = (
+        *Simulation._state,
+        *("box", "shifts", "entered", "lift", "_pace"),
+    )
 
     def __init__(
         self,
@@ -77,13 +81,20 @@ class MovingDomain(Simulation):
         outer: OuterSea,
         physics: SolverSettings,
         bodies: Sequence[FluidBody],
+        *,
+        step: float,
     ) -> None:
         refuse_large(math.prod(box.counts), box.boundary, settings.most)
         super().__init__(settings, physics, bodies, box.spacing)
-        self.outer, self._first, self._sides = outer, box, box.sides()
+        self.outer, self._first, self._sides, self._world = outer, box, box.sides(), step
         if bodies:
             refuse_large_robot(self.immersed.samples[0], box)
-        self._strain = self._strained()
+        self._strain, high = self._strained()
+        volume = max((float(body.volumes.sum()) for body in self.immersed.filled), default=0.0)
+        length = max(volume ** (1 / 3), high, box.spacing)
+        self._least = max(math.sqrt(physics.gravity * length), 0.01)
+        self._own = physics.sound_speed <= 0.0
+        self._sound = physics.sound_speed or MACH * self._least
         self._reach = self._strain + (ROOM + 2.0) * box.spacing
         self._high = np.array([0.0, 0.0, box.freeboard])
         self._allocate(
@@ -92,6 +103,7 @@ class MovingDomain(Simulation):
             (),
             capacity=math.ceil(SPARE * math.prod(box.counts)),
             surface=HeightField(box.lower, box.upper, box.spacing, outer.level),
+            level=outer.level,
         )
 
     def _reset(self) -> None:
@@ -100,6 +112,27 @@ class MovingDomain(Simulation):
         self.shifts = self.entered = 0
         self.level = LevelController(self.settings.lag)
         self.lift = 0.0
+        self._pace = self._least
+
+    def _stride(self, states: BodyStates, time: float, step: float) -> int:
+        if self._own:
+            self._listen(states, time, step)
+        count = 1
+        if not self.settings.substeps:
+            while count < STRIDE and self.water.substeps((count + 1) * step) == 1:
+                count += 1
+        return count
+
+    def _listen(self, states: BodyStates, time: float, step: float) -> None:
+        """Set the speed of sound by the fastest body in the water, or about to fall into it."""
+        rest = self.outer.rest(states.position, time)
+        past = states.velocity - self.outer.velocity(rest, time)
+        speed = np.linalg.norm(past, axis=1)[rest[:, 2] < self.outer.level + self.box.freeboard]
+        fading = self._pace * math.exp(-step / FADES)
+        self._pace = max(self._least, fading, float(speed.max(initial=0.0)))
+        # in halves of an octave: each change is a new plan of the iterations
+        rise = math.ceil(2.0 * math.log2(self._pace / self._least) - 1e-9)
+        self.water.sound = self._sound = MACH * self._least * 2.0 ** (0.5 * rise)
 
     def _lattice(self) -> Floats:
         return self.outer.places(self.box.lattice(), 0.0)
@@ -108,16 +141,17 @@ class MovingDomain(Simulation):
         speed = self.outer.velocity(self.outer.rest(places, 0.0), 0.0)
         self.water.add_particles(places, speed, trusted=True)
 
-    def _strained(self) -> Floats:
-        """Return the largest displacement of the sides relative to the middle of the box [m]."""
+    def _strained(self) -> tuple[Floats, float]:
+        """Most that waves strain the box, with a margin, (3,), and rise over the level [m]."""
         sides = zip(self._first.lower, self._first.upper, strict=True)
         corners = np.array(list(itertools.product(*sides)))
         points = np.concatenate([corners, self._first.middle[None]])
-        far = np.zeros(3)
+        far, high = np.zeros(3), 0.0
         for time in np.linspace(0.0, SPAN, LOOKS):
             moved = self.outer.displacement(points, time)
             far = np.maximum(far, np.abs(moved[:-1] - moved[-1]).max(axis=0))
-        return far * 1.2
+            high = max(high, float(self.outer.elevation(points[-1:], time)[0]) - self.outer.level)
+        return far * 1.2, high
 
     def _domain(self) -> tuple[Floats, Floats]:
         """Corners of the room around the box at time zero [m]."""
@@ -167,29 +201,37 @@ class MovingDomain(Simulation):
         self._put_sides(time)
         self._frame(time)
         self._add(new, time)
-        self._relax(states, time)
+        # the pressure around a body is that of its motion, and would be lost: the ring alone
+        near, _, _ = self._ring(self.water.positions(), time)
+        self._relax(states, near, self.settings.relaxations)
         return True
 
-    def _relax(self, states: BodyStates, time: float) -> None:
-        """Even out the density of what was cut and added by places alone, without velocities.
+    def _settle(self, states: BodyStates) -> None:
+        self.step = self._stride(states, 0.0, self._world) * self._world
+        # critical damping of the slowest sound, a quarter of whose wave is the depth
+        sound = self._sound * self.step / self._substeps(self.step) / self.box.depth
+        kept, rounds = math.exp(-math.pi * sound), math.ceil(SETTLED * 2.0 / math.pi / sound)
+        self._relax(states, np.arange(self.water.count), rounds, kept)
 
-        Left to the next step, it would be a pulse of sound. Only the ring changes: the pressure
-        around a body is that of its motion, and would be lost.
+    def _relax(self, states: BodyStates, rows: Any, rounds: int, kept: float = 0.0) -> None:
+        """Even out the density of some particles by places alone, with a share of their motion.
+
+        Left to the next step, it would be a pulse of sound.
         """
-        if not self.settings.relaxations:
+        if not rounds:
             return
         velocities, places, still = self.water.velocities(), self.water.positions(), {}
-        near, _, _ = self._ring(places, time)
         if self.bodies:
             held = {"velocity", "spin", "inverse_mass", "inverse_inertia", "acceleration"}
             still = {k: 0.0 * v if k in held else v for k, v in states._asdict().items()}
         count = self._substeps(self.step)
-        for _ in range(self.settings.relaxations):
-            self.water.set_particles(velocities=np.zeros_like(velocities))
+        for k in range(rounds):
+            motion = kept * self.water.velocities() if k else np.zeros_like(velocities)
+            self.water.set_particles(velocities=motion)
             if self.bodies:
                 self.water.place_bodies(**still)
             self.water.advance(self.step / count, substeps=1)
-        places[near] = self.water.positions()[near]
+        places[rows] = self.water.positions()[rows]
         self.water.set_particles(positions=places, velocities=velocities)
 
     def _add(self, rest: Floats, time: float) -> None:
@@ -260,9 +302,7 @@ class MovingDomain(Simulation):
         middles = field.lower + np.stack([i.ravel(), j.ravel()], -1) * field.edge
         seen = float((field.heights.ravel() - self.outer.elevation(middles, time)).mean())
         over = self._over(states, time)
-        depth = box.spacing * box.counts[2]
-        by_volume = over * depth / math.prod(box.counts) - 0.5 * box.squeeze * depth**2
-        return by_volume - seen
+        return over * box.depth / math.prod(box.counts) - seen
 
     def surface(self, places: Floats, time: float) -> Floats:
         """Return the surface height; outside the domain that of the outer sea [m]."""
@@ -366,10 +406,17 @@ def _tops(box: Box, ring: Floats) -> tuple[Any, Any, Floats]:
 
 
 _CHOSEN = "chosen"
-WIDE = 2.0
-"""Width of the water inside of the ring over that of the followed body, where none is set [1]."""
+WIDE, FITS = 2.0, 1.2
+"""Width of the water inside of the ring, where none is set, over the diameter of a ball of the
+followed body's volume, and over its own [1]."""
 MACH = 10.0
-"""Speed of sound over that of the fastest long wave on water of the window's depth [1]."""
+"""Speed of sound over the largest speed of the flow: one per cent of compression [1]."""
+FADES = 0.1
+"""Time in which the speed of sound follows that of a body that slows down [s]."""
+SETTLED = 4.0
+"""Damping of the sound in the first filling before time zero: e to this power [1]."""
+STRIDE = 4
+"""Most steps of the world that the water advances at once."""
 
 
 @dataclass(kw_only=True)
@@ -381,12 +428,17 @@ class FluidWindow(ParticleFluid):
         x = X + U t + xi(X, t), with the displacement xi of the waves and the current U; in a ring
         along the sides v <- v + (u - v)(1 - exp(-rate w h)), u of the outer sea,
         w = (exp(s^3.5) - 1) / (e - 1), s from 0 at its inner edge to 1 at the side.
+        Water is compressed by its pressure over rho g (level - z): its density is even at rest. The
+        speed of sound is 10 max(sqrt(g l), v), l the cube root of the largest body's volume or the
+        amplitude of the waves, v of the fastest body below the top of the sides against the sea.
+        The water advances by as many steps of the world as one substep holds, four at most.
 
     Args:
         spacing: of the particles at rest [m]; the nearest one that divides the depth is taken.
-        size: length (x), width (y) and depth of the window [m]; a length or width of 0 is twice
-            that of the body that the window follows, or the depth if that is more, and a ring and a
-            cell on both sides. Down to ``environment.tank_bottom`` where that is less deep.
+        size: length (x), width (y) and depth of the window [m]; a length or width of 0 is the
+            largest of 1.2 times that of the body that the window follows, two diameters of a ball
+            of its volume, and the depth, and a ring and a cell on both sides. Down to
+            ``environment.tank_bottom`` where that is less deep.
         freeboard: height of the sides above the water [m].
         ring: width of the relaxation ring, in spacings.
         cell: by which the window moves, in spacings, once the robot has come so far.
@@ -410,8 +462,9 @@ class FluidWindow(ParticleFluid):
         so the window should be some times as wide as the robot: the water that it pushes aside has
         to pass between it and the sides. The default size knows of the followed body alone, of no
         arms and no depth of a dive. A shift sends a small pulse of sound through the window, see
-        `experiments/open_sea`. An irregular sea of many components costs more than the particles.
-        No obstacles, no shore. The limits of `FluidParticles`.
+        `experiments/open_sea`. Over a step of the water the load on a body is its mean:
+        ``substeps=1`` takes every step of the world alone. An irregular sea of many components
+        costs more than the particles. No obstacles, no shore. The limits of `FluidParticles`.
 
     References:
         Jacobsen, Fuhrman and Fredsoe 2012, doi:10.1002/fld.2726, for the weight of the ring;
@@ -422,7 +475,7 @@ class FluidWindow(ParticleFluid):
         'window'
     """
 
-    size: list[float] = vector((0.0, 0.0, 0.8), "m", bounds=(0.0, 1e3), source=_CHOSEN)
+    size: list[float] = vector((0.0, 0.0, 0.6), "m", bounds=(0.0, 1e3), source=_CHOSEN)
     freeboard: float = setting(0.3, "m", bounds=(0.0, 1e3), source=_CHOSEN)
     physics: PbfSettings = field(default_factory=PbfSettings)
     ring: int = count(5, bounds=(1, 1000))
@@ -443,12 +496,13 @@ class FluidWindow(ParticleFluid):
         """Return an empty list: an open sea has no walls."""
         return {}
 
-    def box(self, environment: EnvironmentSettings, reach: float = 0.0) -> Box:
+    def box(self, environment: EnvironmentSettings, reach: float = 0.0, volume: float = 0.0) -> Box:
         """Return the box of the domain in an environment.
 
         Args:
-            environment: its level, floor and gravity.
+            environment: its level and floor.
             reach: of the followed body about its reference point [m]; for sides that are not set.
+            volume: of that body [m^3].
 
         Raises:
             ConfigError: a side is too short for the ring, or the ring too thin.
@@ -456,28 +510,27 @@ class FluidWindow(ParticleFluid):
         level = float(environment.water_level or 0.0)
         bottom = environment.tank_bottom
         depth = self.size[2] if bottom is None else min(self.size[2], level - bottom)
-        ample = max(2.0 * WIDE * reach, depth) + 2 * (self.ring + self.cell) * self.spacing
+        ball = (6.0 * volume / math.pi) ** (1 / 3)
+        ample = (
+            max(2.0 * FITS * reach, WIDE * ball, depth) + 2 * (self.ring + self.cell) * self.spacing
+        )
         length, width = (side or ample for side in self.size[:2])
         refuse_box(self.spacing, (length, width, depth), self.ring)
         d = depth / round(depth / self.spacing)
         counts = (round(length / d), round(width / d), round(depth / d))
         half = 0.5 * d * np.array(counts)
         lower = np.array([-half[0], -half[1], level - depth])
-        squeeze = environment.gravity / self._sound(environment.gravity, depth) ** 2
-        return Box(d, lower, counts, self.ring, self.cell, self.freeboard, squeeze)
-
-    def _sound(self, gravity: float, depth: float) -> float:
-        """Speed of sound: it must not change with the height of a splash [m/s]."""
-        return self.physics.sound_speed or MACH * math.sqrt(gravity * depth)
+        return Box(d, lower, counts, self.ring, self.cell, self.freeboard)
 
     def open(self, around: Surrounding, bodies: Sequence[FluidBody]) -> None:
         """Create the domain and its boundaries."""
         e = around.environment
         reach = reach_of(bodies[0].pieces, self.spacing, self.thin) if bodies else 0.0
-        box = self.box(e, reach)
+        box = self.box(e, reach, sum(map(volume_of, bodies[0].pieces)) if bodies else 0.0)
         refuse_ground(e, around.solids)
         level = float(e.water_level or 0.0)
         outer = OuterSea(around.waves, level, (self.current[0], self.current[1]))
         refuse_sea(outer, box, floor=e.tank_bottom)
-        physics = self._physics(e, sound_speed=self._sound(e.gravity, box.depth))
-        self._simulation = MovingDomain(self, box, outer, physics, bodies)
+        self._simulation = MovingDomain(
+            self, box, outer, self._physics(e), bodies, step=around.step
+        )

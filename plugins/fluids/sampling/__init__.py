@@ -5,6 +5,7 @@ from seals.plugins.fluids.sampling.pieces import reach_of as reach_of
 from seals.plugins.fluids.sampling.pieces import refuse_coarse as refuse_coarse
 from seals.plugins.fluids.sampling.pieces import sample_pieces as sample_pieces
 from seals.plugins.fluids.sampling.pieces import thickness as thickness
+from seals.plugins.fluids.sampling.pieces import volume_of as volume_of
 from seals.plugins.fluids.sampling.shapes import ALL as ALL
 from seals.plugins.fluids.sampling.shapes import PITCH as PITCH
 from seals.plugins.fluids.sampling.shapes import SEEN as SEEN

@@ -378,7 +378,7 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
     if piece.kind == "mesh":
         assert piece.vertices is not None
         closed = is_closed(piece.faces) and _volume_of(piece.vertices, piece.faces) > 0.0
-        hull = _hull_of(piece.vertices, _own_volume(piece)) if closed else None
+        hull = _hull_of(piece.vertices, volume_of(piece)) if closed else None
         if hull is not None and layers == SEEN and thickness(piece) >= THICK * spacing:
             found = _convex_face(hull, spacing, PITCH * spacing)
         elif closed:
@@ -390,9 +390,9 @@ def _sampled(piece: Piece, spacing: float, thin: Thin, layers: int) -> Samples:
     else:
         found = sample_shape(piece.kind, piece.size, spacing, layers)
     if piece.volume is not None:
-        found = Samples(found.points, found.volumes * (piece.volume / _own_volume(piece)))
+        found = Samples(found.points, found.volumes * (piece.volume / volume_of(piece)))
     bulk = min(max((thickness(piece) / spacing - THIN) / (THICK - THIN), 0.0), 1.0)
-    if thin is Thin.block or not _own_volume(piece):
+    if thin is Thin.block or not volume_of(piece):
         bulk = 1.0
         found = Samples(found.points, np.maximum(found.volumes, spacing**3))
     found = found._replace(bulk=np.full(len(found.points), bulk))
@@ -412,11 +412,11 @@ def reach_of(pieces: Sequence[Piece], spacing: float, thin: Thin) -> float:
     return float(far) + 0.5 * spacing if len(points) else 0.0
 
 
-def _own_volume(piece: Piece) -> float:
+def volume_of(piece: Piece) -> float:
     """Return the volume of a piece's shape [m^3], zero for a sheet.
 
     Example:
-        >>> _own_volume(Piece("box", (1.0, 2.0, 3.0), np.zeros(3), np.eye(3)))
+        >>> volume_of(Piece("box", (1.0, 2.0, 3.0), np.zeros(3), np.eye(3)))
         6.0
     """
     if piece.kind == "mesh":
@@ -449,13 +449,13 @@ def thickness(piece: Piece) -> float:
     if piece.kind in ("sphere", "capsule"):
         return 2.0 * piece.size[0]
     assert piece.vertices is not None
-    hull = _hull_of(piece.vertices, _own_volume(piece)) if _own_volume(piece) > 0.0 else None
+    hull = _hull_of(piece.vertices, volume_of(piece)) if volume_of(piece) > 0.0 else None
     if hull is not None:
         return 2.0 * _inscribed(hull)[1]
     a, b, c = (piece.vertices[np.asarray(piece.faces)[:, k]] for k in range(3))
     area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
     # a plate of thickness t has the volume A t and the area 2 A; a ball gives 2 D / 3
-    return min(2.0 * _own_volume(piece) / area, float(np.ptp(piece.vertices, axis=0).min()))
+    return min(2.0 * volume_of(piece) / area, float(np.ptp(piece.vertices, axis=0).min()))
 
 
 def refuse_coarse(name: str, pieces: Sequence[Piece], spacing: float) -> None:
@@ -472,10 +472,10 @@ def refuse_coarse(name: str, pieces: Sequence[Piece], spacing: float) -> None:
     Raises:
         PhysicsError: the largest spacing that would do is printed.
     """
-    solid = [piece for piece in pieces if _own_volume(piece) > 0.0]
+    solid = [piece for piece in pieces if volume_of(piece) > 0.0]
     if not solid:
         return
-    thick = thickness(max(solid, key=_own_volume))
+    thick = thickness(max(solid, key=volume_of))
     if thick < LAYERS * spacing:
         raise PhysicsError(
             f"a spacing of {spacing:g} m is too coarse for '{name}': its main part is "

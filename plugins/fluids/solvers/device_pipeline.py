@@ -23,7 +23,6 @@ from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.rows import Rows
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.device.substep import Stages
-from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples
 
 if TYPE_CHECKING:
@@ -86,13 +85,12 @@ class DevicePipeline(ABC):
             self.fields, bodies, self.samples, self.numbers, self.mass, in_place=self.in_place
         )
         parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
-        pull, spin = self.settings.cohesion, self.settings.vorticity
+        pull = self.settings.cohesion
         work = self.settings.adhesion if self.particles.longest else 0.0
-        self.cohesion, self.vorticity, self.adhesion = (
+        self.cohesion, self.adhesion = (
             Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
             if pull > 0
             else None,
-            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
             Adhesion(
                 self.particles,
                 self.samples,
@@ -119,7 +117,6 @@ class DevicePipeline(ABC):
             finish=self.finish,
             cohesion=self.cohesion,
             adhesion=self.adhesion,
-            vorticity=self.vorticity,
             opening=self._opening,
         )
         # whether any body has samples
@@ -127,6 +124,7 @@ class DevicePipeline(ABC):
         self.numbers.gravity[None] = settings.gravity
         self.current = 0.0
         self.sound = math.inf
+        self.level = -math.inf
 
     def _device(self, accelerated: bool) -> None:
         chosen, parts = self.settings, (self.particles, self.samples)
@@ -197,19 +195,22 @@ class DevicePipeline(ABC):
     def _more_fields(self, capacity: int) -> None:  # noqa: B027  optional
         """Declare the fields that only this solver has."""
 
-    def prepare(self, step: float, sound: float) -> None:
-        """Set the constants for a substep [s] and a speed of sound [m/s]."""
-        if (step, sound) == (self.current, self.sound):
+    def prepare(self, step: float, sound: float, level: float) -> None:
+        """Set constants for substep [s], speed of sound [m/s] and level over the origin [m]."""
+        if (step, sound, level) == (self.current, self.sound, self.level):
             return
         soft = compliance(sound, step)
         self.numbers.step[None] = step
         self.numbers.compliance[None] = soft
+        strain = self.settings.gravity / (self.smoothing.lattice.virial * sound**2)
+        known = math.isfinite(level)
+        self.numbers.strain[None], self.numbers.level[None] = (strain, level) if known else (0, 0)
         self.numbers.blend[None] = 1 - math.exp(-self.settings.viscosity * step)
         self.numbers.damping[None] = 1 - math.exp(-self.settings.artificial_viscosity * step)
         scale = self.smoothing.lattice.virial * self.settings.density / step**2
         self.numbers.tension[None] = self.settings.suction / scale
         self._plan(step, soft * self.spacing**2 / self.smoothing.lattice.stiffness)
-        self.current, self.sound = step, sound
+        self.current, self.sound, self.level = step, sound, level
 
     @abstractmethod
     def _plan(self, step: float, softness: float) -> None:

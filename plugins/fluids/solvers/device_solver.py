@@ -150,6 +150,7 @@ class DeviceSolver(ABC):
 
     Attributes:
         pipeline: fields and kernels.
+        sound: speed of sound for the coming steps [m/s]; 0 leaves it to the solver.
     """
 
     pipeline: DevicePipeline
@@ -164,7 +165,7 @@ class DeviceSolver(ABC):
                 "Each side needs at least four spacings."
             )
         engine.start(self)
-        self.spacing, self.settings = spacing, settings
+        self.spacing, self.settings, self.sound = spacing, settings, settings.sound_speed
         self.pipeline = self._pipeline(domain, engine.accelerated)
         self.boundary = Boundary(
             bodies=self.pipeline.bodies,
@@ -174,7 +175,7 @@ class DeviceSolver(ABC):
             kernel=settings.kernel,
             lattice=self.pipeline.smoothing.lattice,
         )
-        self.capacity, self.bodies = domain.capacity, bodies
+        self.capacity, self.bodies, self.level = domain.capacity, bodies, domain.level
         self.count = 0
         self.time = 0.0
         self._depth = 0.0
@@ -361,7 +362,7 @@ class DeviceSolver(ABC):
             self.boundary.upload(self.origin)
         self.pipeline.moving = self.boundary.moving > 0
         before = self.momentum()
-        self.pipeline.prepare(step / substeps, self.sound_speed)
+        self.pipeline.prepare(step / substeps, self.sound_speed, self.level - self.origin[2])
         done = 0
         for k in range(substeps):
             done += self.pipeline.substep(static_changed=fresh and k == 0)
@@ -524,7 +525,7 @@ class DeviceSolver(ABC):
     @property
     def _deepening(self) -> bool:
         """Whether the speed of sound follows the height of the water."""
-        return self.settings.sound_speed <= 0.0
+        return self.sound <= 0.0
 
     def _changed(self, count: int, heights: Array) -> None:
         """Note the number of particles, and how tall the water has been by its heights [m]."""

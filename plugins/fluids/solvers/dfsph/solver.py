@@ -85,7 +85,7 @@ class SolverDfsph(DeviceSolver):
             if self.boundary.stale:
                 self.boundary.upload(self.origin)
             pipeline.moving = self.boundary.moving > 0
-            pipeline.prepare(substep, self.sound_speed)
+            pipeline.prepare(substep, self.sound_speed, self.level - self.origin[2])
             pipeline.substep(static_changed=k == 0)
             compression = pipeline.sums().compression / max(self.count, 1)
             # without the pressure that did it, and as if nothing had been pushed
@@ -102,7 +102,7 @@ class SolverDfsph(DeviceSolver):
     @property
     def sound_speed(self) -> float:
         """Speed of sound of the compliance in use [m/s]; infinite for incompressible water."""
-        return self.settings.sound_speed or math.inf
+        return self.sound or math.inf
 
     @property
     def longest_substep(self) -> float:

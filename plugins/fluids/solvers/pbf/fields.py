@@ -154,6 +154,9 @@ class Globals:
         self.moving = fields.scalar(ti.i32)
         self.step = fields.scalar(ti.f32)
         self.compliance = fields.scalar(ti.f32)
+        # compression at rest by depth that is made up for, and the level above the origin
+        self.strain = fields.scalar(ti.f32)
+        self.level = fields.scalar(ti.f32)
         self.warm = fields.scalar(ti.f32)
         self.blend = fields.scalar(ti.f32)
         self.damping = fields.scalar(ti.f32)

@@ -41,18 +41,8 @@ class SolverPbf(DeviceSolver):
         doi:10.1145/2185520.2185558 (boundaries).
 
     Example:
-        >>> water = SolverPbf(
-        ...     Domain(
-        ...         spacing=0.02,
-        ...         lower=(0, 0, 0),
-        ...         upper=(1, 1, 1),
-        ...         capacity=20_000,
-        ...         boundary_capacity=10_000,
-        ...         bodies=1,
-        ...     ),
-        ...     settings=PbfSettings(),
-        ...     engine=Engine(),
-        ... )  # doctest: +SKIP
+        >>> room = Domain(0.02, (0, 0, 0), (1, 1, 1), 20_000, 10_000, 1)
+        >>> SolverPbf(room, settings=PbfSettings(), engine=Engine())  # doctest: +SKIP
     """
 
     settings: PbfSettings
@@ -64,8 +54,8 @@ class SolverPbf(DeviceSolver):
     @property
     def sound_speed(self) -> float:
         """Speed of sound of the compliance in use [m/s]."""
-        if self.settings.sound_speed > 0:
-            return self.settings.sound_speed
+        if self.sound > 0:
+            return self.sound
         return 10 * math.sqrt(max(self.settings.gravity * self._depth, 1e-6))
 
     @property

@@ -143,7 +143,8 @@ class Incompressible:
                 have, soft = self.p.multiplier[i], self.g.compliance[None]
                 rate = self.g.step[None] * self.divergence_of(i, self.p.velocity[0])
                 # density at the end of the substep, rho + h d rho/dt, against 1 + alpha lambda
-                over = self.p.density[i] + rate - 1.0 - soft * have
+                z = self.p.place[1].get(i)[2]
+                over = self.p.density[i] + rate - 1.0 - self.q.yielded(z, have)
                 old = self.p.place[1].get(i)[3] if memory != 0.0 else 0.0
                 size = self.own.diagonal[i] + soft
                 least = self.own.least[i]

@@ -176,7 +176,9 @@ class Finish:
                 most = ti.max(most, over)
                 # what is left of C - alpha lambda = 0 where it presses
                 held = ti.max(self.p.multiplier[i], 0.0)
-                residual += ti.max(over - self.g.compliance[None] * held, 0.0)
+                head = ti.max(self.g.level[None] - self.p.place[0].get(i)[2], 0.0)
+                left = over - self.g.compliance[None] * held + self.g.strain[None] * head
+                residual += ti.max(left, 0.0)
             for k in ti.static(range(3)):
                 self.g.partial[c, k] = flow[k]
             self.g.partial[c, 3] = energy

@@ -161,10 +161,17 @@ class Pressure:
         # XPBD: d lambda = (C - alpha lambda) / (|grad C|^2 + alpha), C = rho - 1; the floor holds a
         # lone particle, whose gradients vanish. Chebyshev adds a share of the last change, at[3]
         soft = self.g.compliance[None]
-        wanted = (rho - 1.0 - soft * have) / (ti.max(square, self.floor) + soft)
+        wanted = (rho - 1.0 - self.yielded(q[2], have)) / (ti.max(square, self.floor) + soft)
         new = ti.max(have + weights[0] * wanted + weights[1] * at[3], least)
         self.p.multiplier[i] = new
         self.p.place[0].set(i, ti.Vector([q[0], q[1], q[2], new - have]))
+
+    @ti.func
+    def yielded(self, z, multiplier) -> Any:
+        """Compression by a multiplier at a height: by what it is over that of water at rest."""
+        # alpha (lambda - lambda_0), with lambda_0 of the pressure rho g (level - z)
+        head = ti.max(self.g.level[None] - z, 0.0)
+        return self.g.compliance[None] * multiplier - self.g.strain[None] * head
 
     @ti.func
     def tension(self, rho, slope) -> Any:
