@@ -55,6 +55,7 @@ OWN = {
     "seals/cli/installed_files.py",
     "seals/cli/listing.py",
     "seals/config/roots.py",
+    "seals/hydrostatics/octahedron.py",
     "seals/registry.py",
     "seals/report/page.py",
     "seals/scaffold/writing.py",
