@@ -23,6 +23,7 @@ from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.rows import Rows
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
 from seals.plugins.fluids.solvers.pbf.device.substep import Stages
+from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
 from seals.plugins.fluids.solvers.pbf.fields import Fields, Globals, Particles, Samples
 
 if TYPE_CHECKING:
@@ -85,12 +86,13 @@ class DevicePipeline(ABC):
             self.fields, bodies, self.samples, self.numbers, self.mass, in_place=self.in_place
         )
         parts = (self.fields, self.particles, self.grid, self.numbers, self.smoothing)
-        pull = self.settings.cohesion
+        pull, spin = self.settings.cohesion, self.settings.vorticity
         work = self.settings.adhesion if self.particles.longest else 0.0
-        self.cohesion, self.adhesion = (
+        self.cohesion, self.vorticity, self.adhesion = (
             Cohesion(*parts, tension=pull, mass=self.mass, spacing=self.spacing)
             if pull > 0
             else None,
+            Vorticity(*parts, strength=spin, spacing=self.spacing) if spin > 0 else None,
             Adhesion(
                 self.particles,
                 self.samples,
@@ -117,6 +119,7 @@ class DevicePipeline(ABC):
             finish=self.finish,
             cohesion=self.cohesion,
             adhesion=self.adhesion,
+            vorticity=self.vorticity,
             opening=self._opening,
         )
         # whether any body has samples

@@ -67,6 +67,7 @@ class DeviceSettings(ABC):
         adhesion: work of adhesion between water and all boundaries [N/m]: a drop then has the
             contact angle theta of cohesion (1 + cos theta) = adhesion; 0 wets nothing. With stored
             lists only.
+        vorticity: strength of vorticity confinement [1]; 0 switches it off.
         kernel: smoothing kernel. The cubic spline holds submerged spheres, boxes and cylinders
             best; Wendland's is a tenth faster and holds the pressure of a still column best.
         support: reach of the kernel [1 spacing]. 2 has 26 neighbours on the lattice and is the
@@ -98,6 +99,7 @@ class DeviceSettings(ABC):
     suction: float = setting(0.0, "Pa", bounds=(0.0, 1e6), source="chosen; cavitation at 1e5")
     cohesion: float = param(0.0, "N/m", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     adhesion: float = param(0.0, "N/m", bounds=(0.0, 20.0), tolerance=0.0, source="off")
+    vorticity: float = param(0.0, "1", bounds=(0.0, 10.0), tolerance=0.0, source="off")
     kernel: Kernel = Kernel.spline
     support: float = setting(2.0, "1", bounds=(1.8, 3.5), source="chosen")
     search: Search = Search.auto

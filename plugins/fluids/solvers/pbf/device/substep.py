@@ -13,6 +13,7 @@ from seals.plugins.fluids.solvers.pbf.device.gap import Gap
 from seals.plugins.fluids.solvers.pbf.device.isotropy import Isotropy
 from seals.plugins.fluids.solvers.pbf.device.pressure import Pressure
 from seals.plugins.fluids.solvers.pbf.device.sorting import Sorting
+from seals.plugins.fluids.solvers.pbf.device.vorticity import Vorticity
 from seals.plugins.fluids.solvers.pbf.language import ti
 
 
@@ -29,6 +30,7 @@ class Stages:
         finish: viscosity and friction.
         cohesion: surface tension, or None.
         adhesion: wetting of boundaries, or None.
+        vorticity: confinement, or None.
         opening: whether `Pressure.open` computes the correction, see `Substep`.
     """
 
@@ -43,6 +45,7 @@ class Stages:
         finish: Finish,
         cohesion: Cohesion | None,
         adhesion: Adhesion | None,
+        vorticity: Vorticity | None,
         opening: bool,
     ) -> None:
         self.sorting, self.isotropy, self.bodies = sorting, isotropy, bodies
@@ -50,7 +53,8 @@ class Stages:
         self.opening, self.sticking = opening, adhesion is not None
         self.cohesion: Any = cohesion
         self.adhesion: Any = adhesion
-        self.pulling = cohesion is not None
+        self.vorticity: Any = vorticity
+        self.pulling, self.confining = cohesion is not None, vorticity is not None
         self.finding = sorting.p.isotropic and not opening
         self.reaching = sorting.s.longest > 0
         self.rubbing = finish.skin > 0 and self.reaching
@@ -86,7 +90,7 @@ class Stages:
 
     @ti.func
     def change_velocities(self, moving: ti.template()):
-        """Apply surface tension, wetting, viscosity and friction."""
+        """Apply surface tension, wetting, vorticity, viscosity and friction."""
         if ti.static(self.pulling):
             self.cohesion.pull()
         if ti.static(self.sticking):
@@ -94,6 +98,8 @@ class Stages:
             if ti.static(moving and self.reaching):
                 self.adhesion.react()
                 self.bodies.gather()
+        if ti.static(self.confining):
+            self.vorticity.confine()
         if ti.static(self.finish.damped):
             self.finish.find_laplacian()
         self.finish.close()
