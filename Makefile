@@ -72,8 +72,8 @@ demo: .venv/installed
 	echo "Installing SEALS with $$python into $$venv (about 350 MB to download, once)"; \
 	$$python -m venv $$venv; $$venv/$(PIP) $(CONSTRAINED) -e .; touch $@
 
-# which tests make test runs; the check of a change takes those of make thorough along: each start of
-# pytest reads all files, and each process makes its tables, once
+# which tests make test runs; the check of a change takes the pages of make thorough along, in one go:
+# each start of pytest reads all files, and each process makes its tables, once
 TESTED ?= not thorough and not slow and not killed
 
 # one process each, so two at a time: types, examples; then the tests, on two cores: one builds the documentation
@@ -81,7 +81,7 @@ test: .venv-test/installed lint browser
 	@$(MAKE) --no-print-directory -j 2 types examples
 	@.venv-test/bin/pytest -n 2 --dist worksteal -m "$(TESTED)"
 
-# the rest of the tests that take no minutes; a change must pass them, too
+# the rest of the tests that take no minutes; a change must pass them, too, before it is proposed
 thorough: .venv-test/installed
 	@.venv-test/bin/pytest -n 2 --dist worksteal -m "thorough and not slow and not killed"
 

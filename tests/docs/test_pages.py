@@ -42,7 +42,9 @@ COMMAND = re.compile(r"^\s*(?:\$ )?(?:seals|python|pip|pytest|make|git|apt-get) 
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=[] if name_of(page) in FIRST else [pytest.mark.thorough])
+        pytest.param(
+            page, marks=[] if name_of(page) in FIRST else [pytest.mark.thorough, pytest.mark.pages]
+        )
         for page in PAGES
         if page.name not in TUTORIALS
     ],

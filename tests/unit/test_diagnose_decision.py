@@ -90,7 +90,7 @@ def answer(
         policy=POLICY,
         impact=False,
         samples=SimpleNamespace(posed=True, logs=logs),
-        vehicle=SimpleNamespace(simulated_step=None),
+        vehicle=SimpleNamespace(simulated_step=None, assumed=False),
     )
     return decide(problem, found)
 
