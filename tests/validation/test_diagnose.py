@@ -29,7 +29,6 @@ def truth_of(case: Path) -> dict[str, dict[str, float]]:
     }
 
 
-@pytest.mark.thorough
 def test_nothing_is_missing_in_a_sound_model(tmp_path: Path) -> None:
     """A quadrotor within its tolerances gets no name, and its misfit is at the floor."""
     found, _ = answered(tmp_path, "--level", "null", "--vehicle", "quad", "--seed", "5")

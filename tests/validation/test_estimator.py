@@ -47,7 +47,6 @@ def test_a_log_that_is_none_is_refused(tmp_path: Path) -> None:
         MissingEffect().fit(tmp_path)
 
 
-@pytest.mark.thorough
 def test_the_effect_is_named_and_measured(fitted: MissingEffect) -> None:
     """The hidden effect is named, and its intervals hold the truth."""
     (true,) = yaml.safe_load(TRUTH.read_text(encoding="utf-8"))["effects"]
@@ -62,7 +61,6 @@ def test_the_effect_is_named_and_measured(fitted: MissingEffect) -> None:
     assert fitted.held_out_error_["after"] < 1.06
 
 
-@pytest.mark.thorough
 def test_the_score_is_that_of_an_unseen_flight(fitted: MissingEffect) -> None:
     """Noise alone is left of the other flight; without or against the effect much more is."""
     values = dict(fitted.diagnosis_.hypothesis.fit.values)
