@@ -291,7 +291,13 @@ class CompiledBody(RigidBody, Protocol):
         ...
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+        self,
+        program: Any,
+        loads: Sequence[tuple[Any, int]],
+        origin: Any,
+        beside: Sequence[tuple[Any, Sequence[tuple[Any, int]]]],
+        *,
+        touching: bool,
     ) -> tuple[Any, int] | None:
         """Write a step of the engine, refused where it asks for more than `leapt` and `give` do.
 
@@ -299,6 +305,7 @@ class CompiledBody(RigidBody, Protocol):
             program: `seals.scalar_compiler.Program`.
             loads: places of the results of `compiled_law`, with their lengths.
             origin: place of that of the base at its start, world.
+            beside: the bodies of the other robots of the scene, with their loads.
             touching: whether something touches in it; refused where that is not so.
 
         Returns:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from seals.arrays import Array, Floats, as_like, namespace
 from seals.control import ActuatorCommand, Plant, Reference, RobotState
 from seals.control.added import model_wrench
-from seals.control.allocation import Saturation
+from seals.control.allocation import Allocation, Saturation
 from seals.control.attitude import attitude_error, lean_for
 from seals.control.axes import HEAVE, STATION_ORDER, SURGE, YAW
 from seals.control.filters import summed
 from seals.control.limbs import joint_targets
 from seals.control.plant import Layout
-from seals.control.protocols import of_one
+from seals.control.protocols import CommandLaw, Compiler, of_one
 from seals.environment.seawater import FRESH_WATER
 from seals.field_roles import roles
 from seals.frames import rotate, unrotate
+from seals.plugins.controllers.compiled_law import CompiledController, PackedState, packed
 from seals.plugins.controllers.vehicle import VehicleController
 from seals.schema import setting
 from seals.state_records import state_record
@@ -47,6 +48,22 @@ class StationState(NamedTuple):
     drive: Array
     fresh: Array
     joints: Floats | None = None
+
+
+class StationDemand(NamedTuple):
+    """Demand on the thrusters.
+
+    Args:
+        wrench: the commanded rows, torque about the centre of gravity [N, N m], shape (B, rows).
+        error: of the velocity, world axes [m/s], shape (B, 3).
+        turn_error: of the attitude, body axes [rad], shape (B, 3).
+        speeds: None, see `seals.plugins.controllers.compiled_law.Demand`.
+    """
+
+    wrench: Array
+    error: Array
+    turn_error: Array
+    speeds: Array | None = None
 
 
 _AFLOAT = 1.1
@@ -137,6 +154,7 @@ class Station(VehicleController):
         needed = [k for k in NEEDED if k != HEAVE or not floats]
         self._allocate(plant, plant.layout, STATION_ORDER, needed, like=like, joints=joints)
         self._like = like
+        self._compiled: CompiledController | None = None
         self._up, self._level = as_like([[0.0, 0.0, 1.0]], like), as_like([[0.1]], like)
 
     def _unfit(self, layout: Layout, missing: str) -> str:
@@ -171,19 +189,55 @@ class Station(VehicleController):
         return StationState(zero, zero, drive, drive[:, 0:1] + 1.0)
 
     def command(
-        self, situation: RobotState, aim: Reference, memory: StationState
-    ) -> tuple[ActuatorCommand, StationState]:
+        self, situation: RobotState, aim: Reference, memory: StationState | PackedState
+    ) -> tuple[ActuatorCommand, StationState | PackedState]:
         """Return forces of the thrusters and targets of the servos."""
+        quick = self._compiled
         last = self._rest if memory.joints is None else memory.joints
         joints = joint_targets(aim, last, self._plant.robot)
-        order, kept = self.ordered(*of_one(situation, aim), memory)
-        return ActuatorCommand(order[0], joints), kept._replace(joints=joints)
+        if isinstance(memory, PackedState):
+            if quick is not None:
+                return quick.command(situation, aim, joints, memory)
+            memory = memory.unpacked(self.start())
+        order, kept = self.moving(*of_one(situation, aim), memory)
+        kept = kept._replace(joints=joints)
+        return ActuatorCommand(order[0], joints), kept if quick is None else packed(kept)
 
-    def ordered(
+    def compile(self, compiled: Compiler | None) -> None:
+        """Evaluate the law by machine code, where the thrusters command all axes apart."""
+        self._compiled = None
+        if compiled is not None and self.saturation is Saturation.priority and self.allocation.full:
+            self._compiled = CompiledController(self, self.start(), compiled)
+
+    def command_law(self, period: float, memory: Any, aim: Reference) -> CommandLaw | None:
+        """Return its law where there is machine code, after the first call."""
+        if self._compiled is None or not isinstance(memory, PackedState):
+            return None
+        return self._compiled.law(period, aim)
+
+    @property
+    def allocation(self) -> Allocation:
+        """Allocation of the commanded axes."""
+        return self._allocation
+
+    def moving(
         self, s: RobotState, aim: Reference, memory: StationState
     ) -> tuple[Array, StationState]:
         """Return forces of the thrusters, (B, n), and memory; pure, on any array library."""
-        xp = namespace(s.velocity)
+        asked = self.asked(s, aim, memory.joints, memory)
+        wanted = self._allocation.commands(
+            asked.wrench,
+            None if self._held else s.centre,
+            gain=s.gain,
+            limit=s.limit,
+            low=s.low,
+        )
+        return self.ordered(s, wanted, asked, memory)
+
+    def asked(
+        self, s: RobotState, aim: Reference, joints: Array | None, memory: StationState
+    ) -> StationDemand:
+        """Return the demand on the thrusters; pure, on any array library."""
         error = self._wanted_velocity(s, aim) - s.velocity
         asked = aim.acceleration + self.speed_gain * error + self.sum_gain * memory.sum
         up = self._up + 0.0 * s.velocity
@@ -194,13 +248,13 @@ class Station(VehicleController):
         want = want - self.turn_sum_gain * memory.turn_sum
         along = unrotate(s.rotation, asked)
         wrench = model_wrench(s, along, want, added=self._added, gravity=self._g)
-        wanted = self._allocation.commands(
-            wrench[:, self._rows],
-            None if self._held else s.centre,
-            gain=s.gain,
-            limit=s.limit,
-            low=s.low,
-        )
+        return StationDemand(wrench[:, self._rows], error, turn_error)
+
+    def ordered(
+        self, s: RobotState, wanted: Array, asked: StationDemand, memory: StationState
+    ) -> tuple[Array, StationState]:
+        """Return commands for forces that were allocated, and the new memory; pure, as `asked`."""
+        xp, (_, error, turn_error, _) = namespace(wanted), asked
         drive = xp.where(memory.fresh > 0.5, wanted, memory.drive)
         order, after = self._quickened(s, wanted, drive)
         # what a passive axis leaves is not summed up
@@ -208,11 +262,11 @@ class Station(VehicleController):
         total = summed(memory.sum, within, s.step, self.sum_limit / max(self.sum_gain, 1e-9))
         turn_total = self._turn_summed(memory.turn_sum, turn_error, s.step)
         free = xp.all(xp.abs(wanted) < s.limit, axis=1)[:, None]
-        return order, StationState(
-            xp.where(free, total, memory.sum),
-            xp.where(free, turn_total, memory.turn_sum),
-            after,
-            memory.fresh * 0.0,
+        return order, memory._replace(
+            sum=xp.where(free, total, memory.sum),
+            turn_sum=xp.where(free, turn_total, memory.turn_sum),
+            drive=after,
+            fresh=memory.fresh * 0.0,
         )
 
 
@@ -224,4 +278,4 @@ class StationBatch:
     """
 
     def __init__(self, law: Station) -> None:
-        self.start, self.command = law.zero, law.ordered
+        self.start, self.command = law.zero, law.moving

@@ -450,12 +450,22 @@ class CoupledBody(BodyOptions):
         return found
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+        self,
+        program: Any,
+        loads: Sequence[tuple[Any, int]],
+        origin: Any,
+        beside: Sequence[tuple[CoupledBody, Sequence[tuple[Any, int]]]],
+        *,
+        touching: bool,
     ) -> tuple[Any, int] | None:
         """Write a step of the engine, see `seals.backend.CompiledBody`."""
-        # the base's rows of the inertia come last
-        last = len(loads) - 1 if self._limits and self._base else len(loads)
-        return self._forces.write_step(program, loads[:last], origin, touching=touching)
+        others = [(body.engine, body._own(given)) for body, given in beside]
+        own = self._own(loads)
+        return self._forces.write_step(program, own, origin, others, touching=touching)
+
+    def _own(self, loads: Sequence[tuple[Any, int]]) -> Sequence[tuple[Any, int]]:
+        """What of the results of `compiled_law` is the engine's: not the base's rows, the last."""
+        return loads[:-1] if self._limits and self._base else loads
 
     def write_put(
         self, program: Any, written: Sequence[tuple[Any, int]], forces: tuple[Any, int]

@@ -361,11 +361,16 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         """Set the loads of the next step from the results of `compiled_law`."""
 
     def steps_alone(self) -> bool:
-        """Return whether the scene can be stepped by `write_step`, for this robot alone."""
+        """Return whether the scene can be stepped by `write_step`."""
         ...
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], *, touching: bool
+        self,
+        program: Any,
+        loads: Sequence[tuple[Any, int]],
+        beside: Sequence[tuple[Any, Sequence[tuple[Any, int]]]],
+        *,
+        touching: bool,
     ) -> tuple[Any, int] | None:
         """Write a step of the engine under loads, for machine code that makes many of them.
 
@@ -374,7 +379,8 @@ class CompiledSolving(CompiledEngineBody, Protocol):
         Args:
             program: `seals.scalar_compiler.Program`.
             loads: places of the joint forces and of the results of `compiled_law`, with lengths.
-            touching: whether something touches in the step.
+            beside: the other robots of the scene, with theirs.
+            touching: whether something touches in the step; False where there are several robots.
 
         Returns:
             Place and length of a record of the contacts, see `contacts_of`; None for no contacts.

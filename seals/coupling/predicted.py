@@ -349,7 +349,13 @@ class PredictedForces:
         return not self.running and isinstance(engine, CompiledMasses) and engine.alone()
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+        self,
+        program: Any,
+        loads: Sequence[tuple[Any, int]],
+        origin: Any,
+        beside: Sequence[Any],
+        *,
+        touching: bool,
     ) -> None:
         """Write a step of the engine, refused where its masses are to be set anew.
 
@@ -357,6 +363,7 @@ class PredictedForces:
             program: to write to.
             loads: places of the results of `compiled_law`, with their lengths.
             origin: place of that of the base.
+            beside: no other robots: `steps_alone` is False with them.
             touching: False.
         """
         force, joint_force, (place, size) = loads

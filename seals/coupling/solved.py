@@ -121,10 +121,18 @@ class SolvedForces:
         return isinstance(self._engine, CompiledSolving) and self._engine.steps_alone()
 
     def write_step(
-        self, program: Any, loads: Sequence[tuple[Any, int]], origin: Any, *, touching: bool
+        self,
+        program: Any,
+        loads: Sequence[tuple[Any, int]],
+        origin: Any,
+        beside: Sequence[tuple[Any, Sequence[tuple[Any, int]]]],
+        *,
+        touching: bool,
     ) -> tuple[Any, int] | None:
         """Write a step of the engine, see `CompiledSolving`."""
-        found: tuple[Any, int] | None = self._engine.write_step(program, loads, touching=touching)
+        found: tuple[Any, int] | None = self._engine.write_step(
+            program, loads, beside, touching=touching
+        )
         return found
 
     def note(self, forces: Floats, kick: Floats, step: float) -> None:

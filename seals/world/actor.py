@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, TypeAlias, cast
+from typing import Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -50,7 +50,7 @@ from seals.world.looped_command import LoopedCommand
 from seals.world.pilot import ControlInput, Pilot
 from seals.world.sensor_suite import MANY, Instant, SensorSuite
 from seals.world.servos import Servoing
-from seals.world.stretch import Ready, Supply
+from seals.world.stretch import Made, Ready, Share, Supply
 from seals.world.subgrid import SubgridDrag
 
 _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
@@ -58,6 +58,24 @@ _COMMANDS = ("joint_torque", "joint_command", "command", "drive", "voltage")
 Links: TypeAlias = tuple[Kinematics, LinkVelocities, Motion, Joints, Sample]
 """Poses, velocities, motion, joints and surroundings of a robot at one instant."""
 _NO_JOINTS = Joints(np.zeros((1, 0)), np.zeros((1, 0)))
+
+
+class _Begun(NamedTuple):
+    """A compiled step of which the commands are known.
+
+    Args:
+        look: the links at its start.
+        inputs: of the effects.
+        ready: the step; None where this one is not compiled.
+        given: commands in force in the first of several steps; None before `Actor.share`.
+        command: that is given in the loop; None for none.
+    """
+
+    look: Look
+    inputs: Inputs
+    ready: Ready | None
+    given: Given | None = None
+    command: LoopedCommand | None = None
 
 
 class Actor:
@@ -88,7 +106,7 @@ class Actor:
         voltage: of the battery [V], shape (1, 1); None when not known.
         sensor_suite: its sensors, their memory and readings.
         compiled: its laws as machine code, or None.
-        history: of the last call of `load`, the steps before the last one; None for one step.
+        history: of the steps made at once, those before the last one; None for one step.
         pilot: guide and controller that set ``command`` and ``joint_command``, or None.
     """
 
@@ -204,26 +222,46 @@ class Actor:
         self._supply, self._driven = Supply(), self.drive
         self._due: tuple[Dynamics, Floats] | None = None
         self._noted: Floats | None = None
+        self._begun: _Begun | None = None
         self.history: History | None = None
 
-    def load(self, time: float, step: float, alone: tuple[int, int] | None = None) -> int:
-        """Evaluate the effects into the ledger, and pass the sum to the backend.
+    def begin(self, time: float, step: float) -> None:
+        """Command a robot whose laws are compiled, before `share` or `load`.
 
         Args:
             time: [s].
             step: h [s].
-            alone: where nothing else is in the scene: the number of the step from the start, and
-                how many steps may be made.
-
-        Returns:
-            How many steps were made, the backend's among them; 0 where it has yet to advance.
         """
-        self._time, self._step, self.history = time, step, None
+        self._time, self._step, self.history, self._begun = time, step, None, None
         if self.compiled is not None:
             try:
-                return self._load_compiled(self.compiled, time, step, alone)
+                self._begun = self._commanded_step(self.compiled)
             except CannotCompile as problem:
                 self._interpret(problem)
+
+    def _commanded_step(self, laws: CompiledStep) -> _Begun:
+        """Ask guide and controller, and prepare the step."""
+        look, ready = self._look or self._looked(self._step), None
+        if self._tracker.last is None:
+            self._tracker.note(look)
+        if self.pilot is not None:
+            if self.pilot.due:
+                self._fly(self.pilot, self._told(laws, self.pilot, look))
+            else:
+                self.pilot.wait()
+        inputs = self._inputs(self._time, self._step, look.joints)
+        try:
+            ready = laws.ready(look, self._time, inputs, self.memory, self.drivetrain.held)
+        except CannotCompile as problem:
+            self._interpret(problem)
+        return _Begun(look, inputs, ready)
+
+    def load(self) -> None:
+        """Evaluate the effects into the ledger, and pass the sum to the backend; after `begin`."""
+        time, step, begun = self._time, self._step, self._begun
+        if begun is not None:
+            self._load_compiled(begun)
+            return
         kinematics, moving = self._now or self.look()
         joints, pilot = self._joints(moving), self.pilot
         motion, sample = self._sampled(time, kinematics, moving)
@@ -232,7 +270,6 @@ class Actor:
             self._fly(pilot, ControlInput(time, kinematics, moving, joints, weigh, {}))
         inputs = self._inputs(time, step, joints.position)
         self._evaluate((kinematics, moving, motion, joints, sample), inputs)
-        return 0
 
     def _joints(self, moving: LinkVelocities) -> Joints:
         """Positions and rates of the joints."""
@@ -283,80 +320,89 @@ class Actor:
         motion = link_motion(kinematics, moving, np.array([[time]]), self._bodies)
         return motion, self.evaluator.surroundings.sample(motion)
 
-    def _load_compiled(
-        self, laws: CompiledStep, time: float, step: float, alone: tuple[int, int] | None
-    ) -> int:
+    def _load_compiled(self, begun: _Begun) -> None:
         """Do the same by machine code."""
-        look = self._look or self._looked(step)
-        if self._tracker.last is None:
-            self._tracker.note(look)
-        if self.pilot is not None:
-            if self.pilot.due:
-                self._fly(self.pilot, self._told(laws, self.pilot, look))
-            else:
-                self.pilot.wait()
-        inputs, found, made = self._inputs(time, step, look.joints), None, None
-        try:
-            ready = laws.ready(look, time, inputs, self.memory, self.drivetrain.held)
-            if ready is not None and alone is not None:
-                made = self._stretched(laws, ready, step, *alone)
-            if ready is not None and made is None:
-                found = laws.loads(ready)
-        except CannotCompile as problem:
-            self._interpret(problem)
+        look, inputs, ready, *_ = begun
+        found = None
+        if ready is not None and self.compiled is not None:
+            try:
+                found = self.compiled.loads(ready)
+            except CannotCompile as problem:
+                self._interpret(problem)
         self._look = None
-        if made is not None:
-            return made
         if found is None:
             kinematics, moving = look.kinematics, look.moving
-            motion, sample = self._sampled(time, kinematics, moving)
+            motion, sample = self._sampled(self._time, kinematics, moving)
             seen = kinematics, moving, motion, self._joints(moving), sample
             self._evaluate(seen, inputs)
         else:
-            self.ledger.open_row(time)[...] = found.row
+            self.ledger.open_row(self._time)[...] = found.row
             _, self.memory, self._speeds, self._supply = found
             self._driven = self.drive
-        return 0
 
-    def _stretched(
-        self, laws: CompiledStep, ready: Ready, step: float, first: int, most: int
-    ) -> int | None:
-        """Make steps up to the next instant at which Python is wanted; None where it is now.
+    def quiet(self, most: int) -> int:
+        """Return how many steps can go by before Python is asked; 0 where it is asked in this one.
 
         Args:
-            laws: of the robot.
-            ready: the first step, whose commands are set.
-            step: h [s].
-            first: its number, from the start.
-            most: steps.
+            most: of these.
         """
-        if not laws.alone():
-            return None
-        time, train, pilot = ready.time, self.drivetrain, self.pilot
-        most = min(most, self.sensor_suite.quiet(time, step))
+        laws, begun, step = self.compiled, self._begun, self._step
+        if laws is None or begun is None or begun.ready is None or not laws.alone():
+            return 0
+        most = min(most, self.sensor_suite.quiet(self._time, step))
         if most > 1:
-            most = max(1, min(most, int(min(train.quiet(time) / step, MANY))))
-        command, calls = None, 0
-        if pilot is not None:
-            calls = pilot.calls - 1
-            if most > 1 + pilot.free:
-                command, last = self._commanded(laws, ready, pilot, step)
+            most = max(1, min(most, int(min(self.drivetrain.quiet(self._time) / step, MANY))))
+        return most
+
+    def share(self, most: int) -> Share | None:
+        """Return this robot's part in steps that are made at once; None where it has none.
+
+        Args:
+            most: steps, of `quiet`.
+        """
+        laws, begun, pilot = self.compiled, self._begun, self.pilot
+        assert laws is not None
+        assert begun is not None
+        assert begun.ready is not None
+        command, calls = None, None
+        try:
+            if pilot is not None and most > 1 + pilot.free:
+                command, last = self._commanded(laws, begun.ready, pilot, self._step)
                 most = int(min(most, last)) if command is not None else 1 + pilot.free
-        stretch = laws.stretch(ready, command)
-        every = MANY if command is None or pilot is None else pilot.every
-        aim = None if pilot is None else pilot.aim
-        # the first step is never commanded in the loop
-        given = Given(self.command, self.joint_command, aim, every - calls % every)
-        made = None if stretch is None else stretch.run(first, most, calls, self.ledger)
-        if made is None:
+            stretch = laws.stretch(begun.ready, command)
+        except CannotCompile as problem:
+            self._interpret(problem)
             return None
+        if stretch is None:
+            return None
+        until = MANY
+        if command is not None and pilot is not None:
+            calls = pilot.calls - 1
+            # the first step is never commanded in the loop
+            until = pilot.every - calls % pilot.every
+        aim = None if pilot is None else pilot.aim
+        given = Given(self.command, self.joint_command, aim, until)
+        self._begun = begun._replace(given=given, command=command)
+        return Share(stretch, self.ledger, most, calls)
+
+    def note(self, made: Made, first: int) -> int:
+        """Note steps that were made at once; return how many.
+
+        Args:
+            made: of the stretch of `share`.
+            first: number of the first one, from the start.
+        """
+        begun, step, train, pilot = self._begun, self._step, self.drivetrain, self.pilot
+        assert begun is not None
+        assert begun.given is not None
+        given, command = begun.given, begun.command
         steps, self.memory, self._speeds, self._supply, *commands, passed = made
         self.history = None if passed is None else History(passed, given)
         self.drive, voltage, held, asked = commands
         self._driven = self.drive
         if self.battery is not None:
             self.voltage = voltage
-        self._time = (first + steps - 1) * step
+        self._time, self._look = (first + steps - 1) * step, None
         train.passed(self._time, held)
         if pilot is not None and steps > 1:
             pilot.wait(steps - 1)

@@ -1,14 +1,14 @@
-"""Steps of one robot that follow each other without Python: laws, engine and motion as one loop.
+"""Steps that follow each other without Python: laws, engine and motion of all robots as one loop.
 
-A stretch lasts until the controller is due, a command arrives, a sensor wants to read, or a step
-takes another form: the hulls are wetted in another way, something touches or nothing does any more,
+A stretch lasts until a controller is due, a command arrives, a sensor wants to read, or a step
+takes another form: hulls are wetted in another way, something touches or nothing does any more,
 a joint comes to its stop, a drive to its limit. The step that does is refused and made one by one,
 see `World.advance`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -25,6 +25,8 @@ from seals.world.looped_command import Given, LoopedCommand
 
 MOST = 64
 """Steps of a stretch."""
+_TAPES = 7
+"""Arrays of a robot that get a row of every step: the ledger, five tables, contacts or poses."""
 
 
 @state_record
@@ -251,7 +253,7 @@ class _Law(NamedTuple):
 
 
 class Stretch:
-    """Loop of steps of one form.
+    """Steps of one robot of one form, its part of a `Loop`.
 
     Args:
         parts: of the robot.
@@ -292,9 +294,8 @@ class Stretch:
         self._given = np.zeros(sum(view.size for view in views))
         own = iter([View(view.shape, view.start - views[0].start) for view in views])
         self._kept = [next(own) if there else None for there in self._commands]
-        self._loop = self._written()
-        self._tapes = [np.zeros((MOST, width)) for width in self._widths]
-        self._addresses = [tape.ctypes.data for tape in self._tapes]
+        self._tapes: list[Floats] = []
+        self._addresses: list[int] = []
         later = [View(view.shape, view.start - self.first) for view in results[1:]]
         kept = dict(zip(form.remembered, later, strict=False))
         self._memories = {name: kept[name] for name in self._names if name in kept}
@@ -334,19 +335,25 @@ class Stretch:
         if self._mover is not None:
             self._mover.places[1][...] = self._parts.drivetrain.goal
 
-    def run(self, first: int, most: int, calls: int, ledger: Ledger) -> Made | None:
-        """Make steps, their rows in the ledger; None where the first one is refused.
+    def prepare(self, most: int, ledger: Ledger) -> list[int]:
+        """Prepare for steps; return the addresses of the arrays that get a row of each.
+
+        Args:
+            most: steps.
+            ledger: of the robot.
+        """
+        self._parts.body.begin_alone(self._key[-1])
+        return [ledger.reserve(most), *self._addresses]
+
+    def note(self, first: int, steps: int, ledger: Ledger) -> Made | None:
+        """Note steps, their rows in the ledger; None where the first one was refused.
 
         Args:
             first: number of the first one, from the start.
-            most: steps.
-            calls: of the pilot, the first one's not among them.
+            steps: that were made.
             ledger: of the robot.
         """
         body = self._parts.body
-        body.begin_alone(self._key[-1])
-        most = min(most, MOST)
-        steps = self._loop(first, most, calls, ledger.reserve(most), *self._addresses)
         body.leave()
         if not steps:
             self._end = None
@@ -405,50 +412,82 @@ class Stretch:
         at = ("torque", "drive", "voltage", "position", "held").index(name)
         return self._loads.argument(program, 2 + sum(self._commands[:at]))
 
-    def _written(self) -> Any:
-        """Write and compile the loop."""
-        body, form, step = self._parts.body, self._form, self._key[-1]
-        # the ledger's rows, what is told of the steps, and contacts or poses
-        program = Program(len(self._widths) + 2)
-        loads, leap = self._loads, self._leap
-        first = 1 + len(form.remembered) + len(form.turning)
+    @property
+    def _first(self) -> int:
+        """Result of the laws that is the battery's voltage; the drives' and the body's follow."""
+        return 1 + len(self._form.remembered) + len(self._form.turning)
+
+    def write_loads(self, program: Program) -> None:
+        """Write the command and the laws of a step."""
         self._write_command(program)
-        program.tell_time(loads.argument(program, 1)[0], step, 0)
-        program.run(loads.kernel)
-        count = len(loads.kernel.views[1])
-        given = [loads.result(program, k) for k in range(first + 2, count)]
-        block, _ = loads.argument(program, 0)
+        program.tell_time(self._loads.argument(program, 1)[0], self._key[-1], 0)
+        program.run(self._loads.kernel)
+
+    def given(self, program: Program) -> list[tuple[Place, int]]:
+        """Return the places of what the laws give the body."""
+        count = len(self._loads.kernel.views[1])
+        return [self._loads.result(program, k) for k in range(self._first + 2, count)]
+
+    def write_step(self, program: Program, beside: Sequence[Stretch]) -> tuple[Place, int] | None:
+        """Write a step of the engine; return the record of the contacts.
+
+        Args:
+            program: to write to.
+            beside: the stretches of the other robots of the scene.
+        """
+        block, _ = self._loads.argument(program, 0)
         origin = block._replace(start=block.start + self.layout.span("origins")[0])
-        told = body.write_step(program, given, origin, touching=self.touching)
+        others = [(other.body, other.given(program)) for other in beside]
+        given, touching = self.given(program), self.touching
+        return self.body.write_step(program, given, origin, others, touching=touching)
+
+    def write_leap(self, program: Program) -> None:
+        """Write the motion of the robot, and what refuses the step."""
+        body, leap = self._parts.body, self._leap
         places = [program.address(x) for x in body.native_places()]
         places = body.write_world(program) if self.touching else places
         for k, at in enumerate(places):
             place, size = leap.argument(program, k)
             program.copy(place, at, size)
-        program.tell_time(leap.argument(program, self._past(len(places)))[0], step, 1)
+        program.tell_time(leap.argument(program, self._past(len(places)))[0], self._key[-1], 1)
         program.run(leap.kernel)
-        last = len(self.leapt)
-        program.refuse_if(leap.result(program, last - 1)[0])
-        program.accept()
+        program.refuse_if(leap.result(program, len(self.leapt) - 1)[0])
+
+    def write_end(self, program: Program, tape: int, told: tuple[Place, int] | None) -> None:
+        """Write what is kept of a step that is not refused, and what the next one begins with.
+
+        Args:
+            program: to write to.
+            tape: the first of the robot's, see `_TAPES`.
+            told: record of the contacts; None for none.
+        """
+        body, loads, leap = self._parts.body, self._loads, self._leap
         if not self.touching:
-            written = [leap.result(program, k) for k in range(1, last - 4)]
-            told = body.write_put(program, written, given[1])
+            written = [leap.result(program, k) for k in range(1, len(self.leapt) - 4)]
+            told = body.write_put(program, written, self.given(program)[1])
             self._poses = told is not None
-        self._widths.append(0 if told is None else told[1])
+        widths = [*self._widths, 0 if told is None else told[1]]
+        if not self._tapes:
+            self._tapes = [np.zeros((MOST, width)) for width in widths]
+            self._addresses = [tape.ctypes.data for tape in self._tapes]
         if told is not None:
-            program.record(len(self._widths), told)
+            program.record(tape + len(self._widths) + 1, told)
         commands, _ = loads.argument(program, 2)
         program.copy(program.memory(self._given), commands, self._given.size)
         if self.command is not None:
             self.command.accept(program)
-        program.record(0, loads.result(program, 0))
-        program.record(1, (program.out(leap.kernel), self._widths[0]))
-        program.record(2, (program.out(loads.kernel, self.first), self._beyond - self.first))
+        program.record(tape, loads.result(program, 0))
+        program.record(tape + 1, (program.out(leap.kernel), self._widths[0]))
+        beyond = self._beyond - self.first
+        program.record(tape + 2, (program.out(loads.kernel, self.first), beyond))
         if self.command is not None:
-            self.command.record(program, (3, 4, 5))
-        self._write_next(program, len(places), first)
+            self.command.record(program, range(tape + 3, tape + 6))
+        self._write_next(program, len(body.native_places()), self._first)
         self._write_between(program)
-        return program.compiled()
+
+    def write_end_if(self, program: Program) -> None:
+        """Write that the loop ends where the form of the step changes."""
+        program.end_if(self._after.result(program, 0)[0])
 
     def _write_command(self, program: Program) -> None:
         """Write a command, where one is due, and what the servos hold from then on."""
@@ -516,4 +555,68 @@ class Stretch:
         for k, result in enumerate((last - 4, last - 3)):
             program.copy(after.argument(program, 1 + k)[0], *leap.result(program, result))
         program.run(after.kernel)
-        program.end_if(after.result(program, 0)[0])
+
+
+class Share(NamedTuple):
+    """Part of one robot in steps that are made at once.
+
+    Args:
+        stretch: its laws, set to begin.
+        ledger: of the robot.
+        most: steps that it may make.
+        calls: of the pilot, the first step's not among them; None where none commands in the loop.
+    """
+
+    stretch: Stretch
+    ledger: Ledger
+    most: int
+    calls: int | None
+
+
+class Loops:
+    """Loops of the steps of all robots of a scene, one for each combination of their forms.
+
+    Example:
+        >>> Loops().run([], 0) is None
+        True
+    """
+
+    def __init__(self) -> None:
+        self._loops: dict[tuple[Stretch, ...], Any] = {}
+
+    def run(self, shares: Sequence[Share], first: int) -> list[Made] | None:
+        """Make steps of all robots; None where the first one is refused, or none can be made.
+
+        Args:
+            shares: of the robots, in the order in which they were added.
+            first: number of the first step, from the start.
+        """
+        stretches = tuple(share.stretch for share in shares)
+        calls = {share.calls for share in shares if share.calls is not None}
+        # contacts are solved for one robot; commands are in step with each other
+        if not shares or len(calls) > 1 or (len(shares) > 1 and any(s.touching for s in stretches)):
+            return None
+        loop = self._loops.get(stretches)
+        if loop is None:
+            loop = self._loops[stretches] = self._written(stretches)
+        most = min(MOST, *(share.most for share in shares))
+        tapes = [tape for s in shares for tape in s.stretch.prepare(most, s.ledger)]
+        steps = loop(first, most, next(iter(calls), 0), *tapes)
+        made = [share.stretch.note(first, steps, share.ledger) for share in shares]
+        return [x for x in made if x is not None] or None
+
+    @staticmethod
+    def _written(stretches: Sequence[Stretch]) -> Any:
+        """Write and compile a loop."""
+        program, (one, *beside) = Program(_TAPES * len(stretches)), stretches
+        for stretch in stretches:
+            stretch.write_loads(program)
+        told = one.write_step(program, beside)
+        for stretch in stretches:
+            stretch.write_leap(program)
+        program.accept()
+        for k, stretch in enumerate(stretches):
+            stretch.write_end(program, _TAPES * k, told)
+        for stretch in stretches:
+            stretch.write_end_if(program)
+        return program.compiled()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from seals.rendering.camera_view import SceneView
 from seals.state_records import state_record
 from seals.world.actor import Actor
 from seals.world.immersion import joined
+from seals.world.stretch import Loops
 
 
 @state_record
@@ -113,8 +115,7 @@ class World:
         self.time, self._count = 0.0, 0
         self._seeds: Mapping[str, Any] = {name: seeds.get(name, seed) for name in self.actors}
         self._reseed()
-        one = len(self.actors) == 1 and fluid is None
-        self._alone = next(iter(self.actors.values())) if one else None
+        self._loops = Loops()
         for name, actor in self.actors.items():
             others = {n: a for n, a in self.actors.items() if n != name}
             actor.sensor_suite.meet(Others(others), [a.shapes for a in others.values()])
@@ -159,8 +160,8 @@ class World:
     def advance(self, steps: int) -> None:
         """Advance by some steps, as by as many calls of `step`, but in fewer.
 
-        A robot that is alone in its scene makes them in machine code where that is compiled, up to
-        the next instant at which its controller or a sensor is asked, or something touches.
+        Robots that are all compiled make them in machine code, up to the next instant at which a
+        controller or a sensor is asked, or something touches; several while nothing can touch.
 
         Args:
             steps: how many.
@@ -180,18 +181,19 @@ class World:
 
     def _advance(self, most: int, *, keep: bool = False) -> int:
         """Advance by one step or more; return by how many."""
-        made = 0
-        if self._alone is None:
-            for actor in self.actors.values():
+        several = len(self.actors) > 1
+        for name, actor in self.actors.items():
+            if several:
                 actor.note_drive()
-            for name, actor in self.actors.items():
-                with naming(name):
-                    actor.load(self.time, self.step_size)
-        else:
-            made = self._alone.load(self.time, self.step_size, (self._count, most))
-        if self.fluid is not None:
-            self._exchange(self.fluid)
+            with naming(name) if several else nullcontext():
+                actor.begin(self.time, self.step_size)
+        made = 0 if self.fluid is not None else self._looped(most)
         if not made:
+            for name, actor in self.actors.items():
+                with naming(name) if several else nullcontext():
+                    actor.load()
+            if self.fluid is not None:
+                self._exchange(self.fluid)
             self.backend.advance()
             made = 1
         self._count += made
@@ -200,6 +202,19 @@ class World:
         for name, actor in self.actors.items():
             actor.sense(self.time, self.step_size, self.rngs[name], keep=keep)
         return made
+
+    def _looped(self, most: int) -> int:
+        """Make steps of all robots by machine code; return how many, 0 where Python is asked."""
+        actors = self.actors.values()
+        for actor in actors:
+            most = actor.quiet(most)
+            if not most:
+                return 0
+        shares = [share for actor in actors if (share := actor.share(most)) is not None]
+        made = self._loops.run(shares, self._count) if len(shares) == len(actors) else None
+        if made is None:
+            return 0
+        return min(a.note(m, self._count) for a, m in zip(actors, made, strict=True))
 
     def _exchange(self, fluid: Fluid) -> None:
         """Advance the fluid and hand its impulses to the robots."""

@@ -12,11 +12,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "architecture.md"
 ONE = {
     r"class \w*Allocation\b": {"seals/control/allocation.py"},
-    r"class \w*Cascade\b": {
-        "plugins/controllers/cascade/controller.py",
-        # packs the one law for the compiled step
-        "plugins/controllers/cascade/compiled.py",
-    },
+    r"class \w*Cascade\b": {"plugins/controllers/cascade/controller.py"},
     r"class \w*Kinematics\b": {"seals/multibody/kinematics.py"},
     r"class \w*Environments\b": {"seals/learn/environments/batch.py"},
     # a folder and a log's description go through one builder; held links are merged in the other

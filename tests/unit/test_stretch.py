@@ -85,15 +85,15 @@ def advanced(world: World, steps: int, seed: int) -> None:
         steps -= part
 
 
-def looped(world: World) -> bool:
+def looped(world: World, robot: str = "robot") -> bool:
     """Whether any step was made in a loop."""
-    laws: Any = world.actors["robot"].compiled
+    laws: Any = world.actors[robot].compiled
     return any(form.stretches for form in laws._forms.values())
 
 
-def same(one: World, other: World) -> None:
+def same(one: World, other: World, robot: str = "robot") -> None:
     """All that a world knows is equal, the state of its random numbers included."""
-    a, b = (w.actors["robot"] for w in (one, other))
+    a, b = (w.actors[robot] for w in (one, other))
     assert one.time == other.time
     np.testing.assert_array_equal(a.ledger.wrenches, b.ledger.wrenches)
     np.testing.assert_array_equal(a.ledger.time, b.ledger.time)
@@ -110,8 +110,8 @@ def same(one: World, other: World) -> None:
 
 def _scene(snapshot: Any) -> Any:
     """Of a scene, without the links at its end: after a contact not every step has found them."""
-    state, ((motion, contacts, forces),) = snapshot.scene
-    return _plain((state, motion[:2], contacts, forces))
+    state, bodies = snapshot.scene
+    return _plain((state, [(motion[:2], *more) for motion, *more in bodies]))
 
 
 def _plain(value: Any) -> Any:
@@ -203,6 +203,59 @@ def test_who_records_every_step_is_called_after_every_step() -> None:
     recorder = EveryStep()
     simulate(run, recorders=[recorder])
     np.testing.assert_allclose(recorder.times, 0.004 * np.arange(1, 21), rtol=1e-12)
+
+
+def one_of(name: str, robot: str, place: str, more: str = "") -> str:
+    """Words of one of several robots."""
+    return f"robots.{name}={{robot: {robot}, initial: {{position: {place}}}{more}}}"
+
+
+HOVERS = ", guide: hover"
+FLEETS = {
+    "own guides": (
+        (
+            *("water=fossen", one_of("high", "hexacopter", "[0,0,2]", HOVERS)),
+            *(one_of("low", "rov", "[3,0,-2]", HOVERS), one_of("wet", "box", "[6,0,0.1]")),
+            one_of("led", "rov", "[9,0,-2]", ", guide: {guide: waypoints, delay: 0.1}"),
+        ),
+        60,
+    ),
+    "collision": (
+        (*LAND, one_of("low", "box", "[0,0,0.5]"), one_of("high", "cube", "[0.02,0,1.2]")),
+        150,
+    ),
+}
+"""Several robots, each far from the others, and two that fall onto each other and the ground."""
+
+
+@pytest.mark.parametrize("case", FLEETS)
+def test_several_robots_at_once(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of all robots in one loop are those of each robot's laws called by Python."""
+    words, steps = FLEETS[case]
+    at_once, one_by_one = built(words), built(words)
+    strides, left = [], steps
+    while left:
+        strides.append(at_once.stride(min(left, 24)))
+        left -= strides[-1]
+    monkeypatch.setattr(World, "_looped", lambda world, most: 0)
+    one_by_one.advance(steps)
+    assert all(looped(at_once, name) for name in at_once.actors)
+    assert not any(looped(one_by_one, name) for name in one_by_one.actors)
+    assert max(strides) > (10 if case == "collision" else 0)
+    for name in at_once.actors:
+        same(one_by_one, at_once, name)
+    assert one_by_one.time == at_once.time
+    for world in (at_once, one_by_one):
+        world.close()
+
+
+def test_robots_that_nobody_leads_anew_go_on_together() -> None:
+    """Strides of a hexacopter and an ROV that hover are as long as of one alone."""
+    words = (one_of("a", "hexacopter", "[0,0,2]", HOVERS), one_of("b", "rov", "[3,0,-2]", HOVERS))
+    world = built(("water=fossen", *words))
+    world.advance(30)
+    assert world.stride(40) == 40
+    world.close()
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def test_motion_is_the_same_bit_for_bit(
 ) -> None:
     """A cube that falls on another, or beside it on the ground, with and without the spheres."""
     with_spheres, touched = track(scene(*two(height, apart)), 120)
-    monkeypatch.setattr(Clearance, "clear", lambda self, data: False)
+    monkeypatch.setattr(Clearance, "slack", lambda self, place: -1.0)
     searched, also = track(scene(*two(height, apart)), 120)
     np.testing.assert_array_equal(with_spheres, searched)
     np.testing.assert_array_equal(touched, also)
@@ -81,5 +81,26 @@ def test_planes_and_solids_are_kept_clear_of() -> None:
         world = scene(pillar, "robots.low={robot: cube, initial: {position: [-9, 0, 9]}}", high)
         world.step()
         inner = world.backend._scene
-        assert inner._clearance.clear(inner.data) == clear
+        assert (inner._clearance.slack(inner._clearance.places(inner.data)) > 0.0) == clear
         world.close()
+
+
+@pytest.mark.parametrize(
+    ("place", "slack"),
+    [
+        # half of the way between two spheres, which both may go
+        ([3.0, 4.0, 9.0], 0.5 * 5.0 - 0.025 * np.sqrt(3.0)),
+        # the way of one sphere to the ground
+        ([3.0, 4.0, 0.5], 0.5 - 0.025 * np.sqrt(3.0)),
+    ],
+)
+def test_how_far_robots_may_go(place: list[float], slack: float) -> None:
+    """Two cubes of 5 cm: half of their distance less the radius, or the height less the radius."""
+    own = "robots.{}={{robot: cube, initial: {{position: {}}}}}"
+    world = scene(own.format("a", [0.0, 0.0, 9.0]), own.format("b", place))
+    inner = world.backend._scene
+    inner.compile()
+    inner.posed()
+    found = inner._clearance.slack(inner._clearance.places(inner.data))
+    assert found == pytest.approx(slack, abs=1e-5)
+    world.close()

@@ -295,12 +295,11 @@ class MujocoBody:
         self._drive = _Drive(*drive) if drive else None
 
     def steps_alone(self) -> bool:
-        """Return whether `write_step` can: one robot, whose numbers lie side by side."""
+        """Return whether `write_step` can: the robot's numbers lie side by side."""
         scene, spans = self._scene, (self._q, self._dofs, self._every, self._every_q)
         found = library(self._engine)
         return (
-            scene.single
-            and found is not None
+            found is not None
             and found.fits(scene.data)
             and all(isinstance(span, slice) or not len(span) for span in spans)
         )
@@ -312,7 +311,12 @@ class MujocoBody:
         return [x.ctypes.data for x in parts]
 
     def write_step(
-        self, program: Program, loads: Sequence[Given], *, touching: bool
+        self,
+        program: Program,
+        loads: Sequence[Given],
+        beside: Sequence[tuple[MujocoBody, Sequence[Given]]],
+        *,
+        touching: bool,
     ) -> Given | None:
         """Write a step of the engine, refused where a drive is at its limit.
 
@@ -321,24 +325,31 @@ class MujocoBody:
         Args:
             program: to write to.
             loads: places of the results of `compiled_law`, with their lengths.
-            touching: whether something touches in it.
+            beside: the other robots of the scene, with theirs.
+            touching: whether something touches in it; False where there are several robots.
 
         Returns:
             The contacts, see `contacts_of`; None where nothing touches.
         """
-        d, outer, drive = self._scene.data, loads[0], loads[5:]
+        d, robots = self._scene.data, [(self, loads), *beside]
         for array in (d.qpos, d.qvel, d.qacc, d.qacc_warmstart):
             program.keep(program.address(array.ctypes.data), array.size)
         program.keep(program.address(self._library.place(d, "time")), 1)
-        program.keep(program.memory(self._felt), self._joints)
-        self._write_loads(program, loads)
+        self._write_stages(program, "mj_kinematics", "mj_comPos", "mj_makeM")
+        for body, own in robots:
+            program.keep(program.memory(body._felt), body._joints)
+            body._write_loads(program, own)
+        self._write_stages(program, "mj_factorM")
+        self._scene.write_bounds(program)
+        self._write_stages(program, "mj_collision")
         if touching:
-            record = self._write_contacts(program, [*drive, outer])
+            record = self._write_contacts(program, [*loads[5:], loads[0]])
             self._write_stages(program, "mj_Euler")
             return record, RECORD
         program.refuse_if(program.address(self._library.place(d, "ncon")), integer=True)
-        self._write_stages(program, *_BEFORE)
-        self._write_solution(program, [*drive, outer])
+        self._write_stages(program, *_BEFORE, "mj_fwdConstraint")
+        for body, own in robots:
+            body._write_felt(program, [*own[5:], own[0]])
         self._write_stages(program, "mj_Euler")
         return None
 
@@ -356,25 +367,22 @@ class MujocoBody:
             program.call(self._library.stages[name], *places)
 
     def _write_loads(self, program: Program, loads: Sequence[Given]) -> None:
-        """Write a step up to the contacts, with added inertia and forces."""
+        """Write added inertia and forces."""
         _, push, _, force, (added, _), *_ = loads
-        self._write_stages(program, "mj_kinematics", "mj_comPos", "mj_makeM")
         program.copy(program.address(self._push.ctypes.data), *push)
         if self._joints:
             program.copy(program.address(self._applied[self._dofs].ctypes.data), *force)
         places = range(self._at.start, self._at.stop) if isinstance(self._at, slice) else self._at
         mass = program.address(self._mass.ctypes.data)
         program.add(mass, added, [int(k) for k in places])
-        self._write_stages(program, "mj_factorM", "mj_collision")
 
-    def _write_solution(self, program: Program, given: Sequence[Given]) -> None:
-        """Write a solution for the accelerations, and the forces on the joints in it.
+    def _write_felt(self, program: Program, given: Sequence[Given]) -> None:
+        """Write the forces on the joints in a solution for the accelerations.
 
         Args:
             program: to write to.
             given: places of what `_write_drives` takes, or of the forces on the joints alone.
         """
-        self._write_stages(program, "mj_fwdConstraint")
         forces = self._write_drives(program, given) if len(given) > 1 else given[0]
         program.copy(program.memory(self._felt), *forces)
 
@@ -383,7 +391,7 @@ class MujocoBody:
 
         Args:
             program: to write to.
-            given: see `_write_solution`.
+            given: see `_write_felt`.
 
         Returns:
             The record of the contacts.
@@ -395,7 +403,8 @@ class MujocoBody:
         contacts.write_begin()
         again, settled = contacts.places
         with program.repeated(PASSES, again):
-            self._write_solution(program, given)
+            self._write_stages(program, "mj_fwdConstraint")
+            self._write_felt(program, given)
             contacts.write_correction(change)
             with program.unless(settled):
                 contacts.write_references()
@@ -441,6 +450,8 @@ class MujocoBody:
 
     def begin_alone(self) -> None:
         """Prepare for steps by `write_step`: no wrenches act on single bodies."""
+        if not self._number:
+            self._scene.begin_loop()
         if self._wrenched:
             self._pushed[self._rows] = 0.0
             self._wrenched = False

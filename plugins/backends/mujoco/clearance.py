@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
+from seals.arrays import Array, Floats, namespace
 
 SPARE = 1e-6
 """Distance by which bounds are widened against rounding [m]."""
@@ -22,8 +22,8 @@ class Clearance:
     Equation:
         A shape of a robot lies within R of the origin of its root: R the largest sum of the
         distances between the origins of links on the way to a shape, the strokes of joints that
-        slide, and the radius of the shape's own sphere. Nothing touches where all
-        |p_i - p_j| > R_i + R_j, and R_i is less than the distance from every solid.
+        slide, and the radius of the shape's own sphere. Nothing touches while no root moves by s,
+        the least of (|p_i - p_j| - R_i - R_j) / 2 and of the distances from solids less R_i.
 
     Args:
         engine: the mujoco module.
@@ -48,7 +48,7 @@ class Clearance:
             radius[at] = max(radius[at], reach[model.geom_bodyid[k]] + own + SPARE)
         self.radius = radius
         self._one, self._other = np.triu_indices(len(roots), 1)
-        self._apart = (radius[self._one] + radius[self._other]) ** 2
+        self._apart = radius[self._one] + radius[self._other]
         flat = [k for k in solids if model.geom_type[k] == engine.mjtGeom.mjGEOM_PLANE]
         round_ = [k for k in solids if k not in flat]
         turn = np.zeros(9)
@@ -58,7 +58,7 @@ class Clearance:
             self._normal[:, k] = turn[2::3]
             self._level[k] = turn[2::3] @ model.geom_pos[plane]
         self._middle = model.geom_pos[round_].reshape(1, -1, 3).copy()
-        self._away = (radius[:, None] + model.geom_rbound[round_][None] + SPARE) ** 2
+        self._away = radius[:, None] + model.geom_rbound[round_][None] + SPARE
 
     @staticmethod
     def _reaches(engine: Any, model: Any) -> Floats:
@@ -79,13 +79,36 @@ class Clearance:
                 reach[body] = reach[parent] + float(np.linalg.norm(model.body_pos[body])) + stroke
         return reach
 
-    def clear(self, data: Any) -> bool:
-        """Return whether nothing can touch at the present places, after `mj_kinematics`."""
-        place = data.xpos[self._roots]
-        way = place[self._one] - place[self._other]
-        if not ((way * way).sum(axis=1) > self._apart).all():
-            return False
-        if not (place @ self._normal - self._level > self.radius[:, None]).all():
-            return False
-        off = place[:, None] - self._middle
-        return bool(((off * off).sum(axis=2) > self._away).all())
+    def places(self, data: Any) -> Floats:
+        """Return the origins of all roots [m], shape (N, 3), after `mj_kinematics`."""
+        found: Floats = data.xpos[self._roots]
+        return found
+
+    def addresses(self, data: Any) -> list[int]:
+        """Return where the engine keeps these origins."""
+        return [data.xpos[root].ctypes.data for root in self._roots]
+
+    def slack(self, place: Floats) -> float:
+        """Return how far every robot may move before anything can touch [m]; below 0 for now.
+
+        Args:
+            place: of the roots, see `places`.
+        """
+        way, off = place[self._one] - place[self._other], place[:, None] - self._middle
+        way, off = (np.sqrt((x * x).sum(axis=-1)) for x in (way, off))
+        flat = place @ self._normal - self._level - self.radius[:, None]
+        bounds = 0.5 * (way - self._apart), off - self._away, flat
+        return min(float(x.min(initial=np.inf)) for x in bounds)
+
+
+def strayed(place: Array, began: Array, slack: Array) -> list[Array]:
+    """Return whether a robot is farther from where it began than a slack [m]; pure.
+
+    Args:
+        place: of the roots now [m], shape (N, 3).
+        began: the same at the start.
+        slack: see `Clearance.slack`, shape (1,).
+    """
+    xp, way = namespace(place), place - began
+    # written so that a place that is not a number has strayed as well
+    return [~xp.all(xp.sum(way * way, axis=1) < slack * slack)]

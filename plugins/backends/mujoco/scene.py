@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 from xml.etree import ElementTree
@@ -13,7 +14,7 @@ from seals.arrays import Floats
 from seals.environment.ground import THICKNESS, Solid
 from seals.environment.terrain import Terrain
 from seals.errors import PhysicsError, RobotError
-from seals.plugins.backends.mujoco.clearance import Clearance
+from seals.plugins.backends.mujoco.clearance import Clearance, strayed
 from seals.plugins.backends.mujoco.contact_law import GRIP, set_pair
 from seals.plugins.backends.mujoco.loading import (
     FAR,
@@ -25,6 +26,7 @@ from seals.plugins.backends.mujoco.loading import (
 )
 from seals.plugins.backends.mujoco.sliding import Sliding
 from seals.robot.model import RobotModel, Surface
+from seals.scalar_compiler import Kernel, Program, compiled
 
 PASSES = 8
 """Most solutions of one step: for joint drives at their limits, and for contacts that slide."""
@@ -199,11 +201,6 @@ class Scene:
         for body in self._bodies:
             body.bind()
 
-    @property
-    def single(self) -> bool:
-        """Whether there is one robot in the scene."""
-        return len(self._bodies) == 1
-
     def posed(self) -> None:
         """Update the poses of all bodies where positions have changed."""
         if self.stale:
@@ -221,7 +218,7 @@ class Scene:
             body.load()
         e.mj_factorM(m, d)
         if self._clearance is not None:
-            self._search(self._clearance.clear(d))
+            self._search(self._clearance.slack(self._clearance.places(d)) > 0.0)
         e.mj_collision(m, d)
         e.mj_makeConstraint(m, d)
         e.mj_projectConstraint(m, d)
@@ -248,6 +245,30 @@ class Scene:
         """Switch the search for contacts off where nothing can touch."""
         off, flags = int(self.engine.mjtDisableBit.mjDSBL_CONTACT), self.model.opt.disableflags
         self.model.opt.disableflags = flags | off if clear else flags & ~off
+
+    @cached_property
+    def _straying(self) -> Kernel:
+        """Machine code of `strayed`."""
+        roots = (len(self._robots), 3)
+        return compiled(strayed, [roots, roots, (1,)])
+
+    def begin_loop(self) -> None:
+        """Prepare for steps by a loop: none of several robots can touch anything in them."""
+        bounds = self._clearance
+        if bounds is not None:
+            self.posed()
+            _, began, slack = self._straying.places
+            began[...] = bounds.places(self.data)
+            slack[...] = max(bounds.slack(began), 0.0)
+            self._search(clear=True)
+
+    def write_bounds(self, program: Program) -> None:
+        """Write that a step is refused where several robots may touch something."""
+        if self._clearance is not None:
+            for k, address in enumerate(self._clearance.addresses(self.data)):
+                program.copy(program.given(self._straying, 3 * k), program.address(address), 3)
+            program.run(self._straying)
+            program.refuse_if(program.out(self._straying))
 
     def forget(self) -> None:
         """Clear the warm start of the solver, so that no earlier episode affects it."""

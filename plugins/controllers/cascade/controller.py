@@ -22,12 +22,8 @@ from seals.control.protocols import CommandLaw, Compiler, of_one
 from seals.control.tilts import tilted_drives, tilts_of
 from seals.errors import ConfigError
 from seals.frames import cross
-from seals.plugins.controllers.cascade.compiled import (
-    CompiledCascade,
-    PackedState,
-    packed,
-)
 from seals.plugins.controllers.cascade.gains import CascadeSettings, Gains
+from seals.plugins.controllers.compiled_law import CompiledController, PackedState, packed
 from seals.state_records import state_record
 
 WEIGHTS = np.array([0.02, 1.0, 1.0, 0.002])
@@ -196,7 +192,7 @@ class Cascade(CascadeSettings):
             Gains(*(as_like(np.atleast_2d(x), like) for x in self.gains(k))) for k in (0, 1)
         ]
         self._rated = max(self.rate_gain) > 0.0
-        self._compiled: CompiledCascade | None = None
+        self._compiled: CompiledController | None = None
 
     def batched(self, plant: Plant, joints: Floats | None, like: Array) -> CascadeBatch:
         """Return this law over a batch, see `ControllerOptions`.
@@ -269,7 +265,7 @@ class Cascade(CascadeSettings):
         if compiled is None or not fit:
             self._compiled = None
         else:
-            self._compiled = CompiledCascade(self, self._form(), compiled)
+            self._compiled = CompiledController(self, self._form(), compiled)
 
     def command_law(self, period: float, memory: Any, aim: Reference) -> CommandLaw | None:
         """Return its law where there is machine code, after the first call."""

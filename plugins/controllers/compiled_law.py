@@ -1,14 +1,15 @@
-"""Machine code of the cascade's law."""
+"""Machine code of the law of a controller that allocates a wrench to drives."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from seals.arrays import Array, Floats
 from seals.control import ActuatorCommand, Reference, RobotState
+from seals.control.allocation import Allocation
 from seals.control.bounded import ROUNDS, Search, changed, tried
 from seals.control.protocols import (
     AIM_ARRAYS,
@@ -23,34 +24,59 @@ from seals.control.protocols import (
 from seals.pytree import leaves, mapped
 from seals.state_records import state_record
 
-if TYPE_CHECKING:
-    from seals.plugins.controllers.cascade.controller import Asked, Cascade, CascadeState
+State = TypeVar("State", bound=tuple[Any, ...])
+
+
+class Demand(Protocol):
+    """Demand on the drives."""
+
+    @property
+    def wrench(self) -> Array:
+        """Wrench to allocate, the chosen rows, torque about the centre of gravity, (B, rows)."""
+
+    @property
+    def speeds(self) -> Array | None:
+        """Commands that the reference asks for in place of it, (B, n); None for none."""
+
+
+class AllocatingLaw(Protocol):
+    """Law that finds a wrench, and gives commands for what was allocated; pure, batch first."""
+
+    @property
+    def allocation(self) -> Allocation:
+        """Allocation of the wrench, with ``priority`` and for independent rows."""
+
+    def asked(self, s: RobotState, aim: Reference, joints: Array, memory: Any) -> Any:
+        """Return the `Demand`; the last field of the memory is the targets of the joints."""
+
+    def ordered(self, s: RobotState, wanted: Array, asked: Any, memory: Any) -> tuple[Array, Any]:
+        """Return commands for what was allocated, and the new memory."""
 
 
 @state_record
 class PackedState(NamedTuple):
-    """State of the cascade between calls of machine code.
+    """State of a controller between calls of machine code.
 
     Args:
-        block: all numbers of `CascadeState` but the targets, in its order, shape (m,).
+        block: all numbers of its state but the targets, in its order, shape (m,).
         joints: targets of the joints [rad or m], shape (J,).
     """
 
     block: Floats
     joints: Floats | None
 
-    def unpacked(self, form: CascadeState) -> CascadeState:
+    def unpacked(self, form: State) -> State:
         """Return the state in full; ``form``: one of the same shapes."""
         return _filled(form, self.block, self.joints)
 
 
-def packed(memory: CascadeState) -> PackedState:
+def packed(memory: tuple[Any, ...]) -> PackedState:
     """Return a state as a block of numbers."""
     parts = [np.reshape(x, -1) for x in leaves(memory[:-1])]
-    return PackedState(np.concatenate(parts), memory.joints)
+    return PackedState(np.concatenate(parts), memory[-1])
 
 
-def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
+def _filled(form: State, block: Array, joints: Any) -> State:
     """Return a state of the shapes of another from a block on any array library."""
     place = 0
 
@@ -59,7 +85,9 @@ def _filled(form: CascadeState, block: Array, joints: Array) -> CascadeState:
         first, place = place, place + leaf.size
         return block[first:place].reshape(leaf.shape)
 
-    return type(form)._make((*mapped(form[:-1], taken), joints))
+    made: Any = type(form)
+    found: State = made._make((*mapped(form[:-1], taken), joints))
+    return found
 
 
 class _Kernels(NamedTuple):
@@ -76,23 +104,23 @@ class _Kernels(NamedTuple):
     bounded: Any
 
 
-class CompiledCascade:
-    """The law of a cascade as machine code.
+class CompiledController:
+    """The law of a controller as machine code.
 
     Args:
-        law: the cascade.
+        law: of the controller.
         form: its state after a call, of any numbers.
         compiled: makes machine code of a law.
     """
 
-    def __init__(self, law: Cascade, form: CascadeState, compiled: Compiler) -> None:
+    def __init__(self, law: AllocatingLaw, form: Any, compiled: Compiler) -> None:
         self._law, self._form, self._compiled = law, form, compiled
         self._kernels: dict[Any, _Kernels] = {}
 
     def command(
         self, s: RobotState, aim: Reference, joints: Floats, memory: PackedState
     ) -> tuple[ActuatorCommand, PackedState]:
-        """Return commands and memory as `Cascade.command`."""
+        """Return commands and memory as the controller's own ``command``."""
         force, place = s.buoyancy
         given = [
             *(s.position, s.rotation, s.velocity, s.angular_velocity, s.joints, s.joint_velocity),
@@ -140,7 +168,7 @@ class CompiledCascade:
         shapes = [np.shape(x) for x in given]
         allocation, drives = self._law.allocation, len(s.limit)
 
-        def asked(arrays: Sequence[Array]) -> tuple[RobotState, Asked, CascadeState]:
+        def asked(arrays: Sequence[Array]) -> tuple[RobotState, Demand, Any]:
             more: Iterator[Array] = (
                 x.reshape(shape or (1,)) for x, shape in zip(arrays, shapes, strict=True)
             )
@@ -153,7 +181,7 @@ class CompiledCascade:
             state, wanted = of_one(state, wanted)
             return state, self._law.asked(state, wanted, joints, memory), memory
 
-        def ended(parts: tuple[RobotState, Asked, CascadeState], wanted: Array) -> list[Array]:
+        def ended(parts: tuple[RobotState, Demand, Any], wanted: Array) -> list[Array]:
             state, found, memory = parts
             order, new = self._law.ordered(state, wanted, found, memory)
             flat = [x.reshape(-1) for x in leaves(new[:-1])]
