@@ -8,6 +8,7 @@ see `World.advance`.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -25,6 +26,10 @@ from seals.world.looped_command import Given, LoopedCommand
 
 MOST = 64
 """Steps of a stretch."""
+_PATIENCE, _KEPT, _MET = 8, 64, 4096
+"""Steps of one combination of forms of several robots before their loop is compiled, which takes as
+long as a hundred single steps; loops, and combinations counted, at most: forms of robots at the
+surface combine freely."""
 _TAPES = 7
 """Arrays of a robot that get a row of every step: the ledger, five tables, contacts or poses."""
 
@@ -583,6 +588,7 @@ class Loops:
 
     def __init__(self) -> None:
         self._loops: dict[tuple[Stretch, ...], Any] = {}
+        self._met: Counter[tuple[Stretch, ...]] = Counter()
 
     def run(self, shares: Sequence[Share], first: int) -> list[Made] | None:
         """Make steps of all robots; None where the first one is refused, or none can be made.
@@ -598,12 +604,21 @@ class Loops:
             return None
         loop = self._loops.get(stretches)
         if loop is None:
+            if len(shares) > 1 and not self._pays(stretches):
+                return None
             loop = self._loops[stretches] = self._written(stretches)
         most = min(MOST, *(share.most for share in shares))
         tapes = [tape for s in shares for tape in s.stretch.prepare(most, s.ledger)]
         steps = loop(first, most, next(iter(calls), 0), *tapes)
         made = [share.stretch.note(first, steps, share.ledger) for share in shares]
         return [x for x in made if x is not None] or None
+
+    def _pays(self, stretches: tuple[Stretch, ...]) -> bool:
+        """Count a step of a combination of forms; return whether to compile its loop."""
+        if len(self._met) >= _MET:
+            self._met.clear()
+        self._met[stretches] += 1
+        return self._met[stretches] >= _PATIENCE and len(self._loops) < _KEPT
 
     @staticmethod
     def _written(stretches: Sequence[Stretch]) -> Any:
