@@ -195,14 +195,17 @@ class _Books:
     def record(self) -> Moment:
         """Record the present row."""
         world, row = self._world, self.first.rows
-        # only a robot that is alone makes several steps at once
         past = self.first.actor.history
         before = float(self.first.time[-1]) if row else world.time
         if past is not None:
             row, before = row + len(past.times), past.times[-1]
         moment = Moment(world, row, before, self.snapshot, past)
-        for _, _, book in self.named():
-            book.record(moment)
+        for own in self.robots.values():
+            theirs = moment._replace(history=own.recorder.actor.history)
+            for book in own:
+                book.record(theirs)
+        self.objects.record(moment)
+        self.fluid.record(moment)
         return moment
 
     def snapshot(self) -> dict[str, Any]:
@@ -293,7 +296,9 @@ def _stepped(
 def _until_over(run: _Stepping) -> tuple[Ending, BaseException | None]:
     """Step until the end, an interruption or an error."""
     world, books, steps, label, recorders, kept = run
-    most = MANY if all(recorder.sparse for recorder in recorders) else 1
+    # the rows of objects are those of single steps
+    several = len(world.actors) == len(books.robots) and all(r.sparse for r in recorders)
+    most = MANY if several else 1
     try:
         with progress(label, steps, books.fluid.note) as tell:
             done = books.first.rows - 1

@@ -249,6 +249,22 @@ def test_several_robots_at_once(case: str, monkeypatch: pytest.MonkeyPatch) -> N
         world.close()
 
 
+@pytest.mark.parametrize("more", [(), ("objects.cube={robot: cube, position: [20,0,5]}",)])
+def test_logs_of_several_robots_at_once(
+    more: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each robot's rows are those of steps one by one, without and with an object."""
+    words = (*FLEETS["own guides"][0][:3], *more)
+    fast = recorded(words)
+    stride = World.stride
+    monkeypatch.setattr(World, "stride", lambda world, most: stride(world, 1))
+    slow = recorded(words)
+    assert len(fast.fleet) == 2
+    for name, own in fast.fleet.items():
+        np.testing.assert_equal(own.log.columns, slow.fleet[name].log.columns)
+        np.testing.assert_array_equal(own.ledger.wrenches, slow.fleet[name].ledger.wrenches)
+
+
 def test_robots_that_nobody_leads_anew_go_on_together() -> None:
     """Strides of a hexacopter and an ROV that hover are as long as of one alone."""
     words = (one_of("a", "hexacopter", "[0,0,2]", HOVERS), one_of("b", "rov", "[3,0,-2]", HOVERS))
