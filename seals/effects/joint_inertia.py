@@ -34,14 +34,21 @@ def armature_of(effects: EffectSet, robot: RobotModel) -> Floats | None:
 
 
 def felt_inertia(robot: RobotModel) -> Floats:
-    """Return the effective inertia of every joint at zero, all others and the base free, (J,)."""
+    """Return the effective inertia of every joint at zero, all others and the base free, (J,).
+
+    It is zero for a joint that moves no mass, whatever else moves: such a joint has the inertia of
+    its drive alone.
+    """
     tree = robot.tree
     at = np.zeros((1, tree.joints))
     poses = forward(tree, np.zeros((1, 3)), np.eye(3)[None], at)
     assembly = Assembly(robot.spatial_inertia[None])
     nothing = np.zeros((1, tree.links, 6))
     matrix, _ = assembly.system(Kinematics(tree, *poses), assembly.inertia, nothing, at)
-    return 1.0 / np.diag(np.linalg.inv(matrix[0]))[-tree.joints :]
+    moved = np.diag(matrix[0]) > 0.0  # the row of a joint that moves no mass is zero
+    felt = np.zeros(moved.size)
+    felt[moved] = 1.0 / np.diag(np.linalg.inv(matrix[0][np.ix_(moved, moved)]))
+    return felt[-tree.joints :]
 
 
 def fastest_drive(effects: EffectSet, robot: RobotModel) -> float:

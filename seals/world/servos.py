@@ -70,7 +70,8 @@ def check_gains(robot: RobotModel, effects: EffectSet, step: float) -> None:
             continue
         kp, kd, armature = (servo.of_joints(k, robot.tree.joints) for k in ("kp", "kd", "armature"))
         inertia = felt_inertia(robot) + armature
-        ratio = (step * kd + step * step * kp) / inertia
+        # a joint that moves no mass, without an armature, has none
+        ratio = (step * kd + step * step * kp) / np.maximum(inertia, np.finfo(float).tiny)
         worst = int(np.argmax(ratio))
         if ratio[worst] > HEAVIEST:
             _refuse(b.name, robot, worst, (kp, kd, inertia), step)
@@ -80,6 +81,11 @@ def _refuse(
     name: str, robot: RobotModel, joint: int, table: tuple[Floats, Floats, Floats], step: float
 ) -> None:
     kp, kd, inertia = (float(x[joint]) for x in table)
+    if not inertia:
+        raise ConfigError(
+            f"actuators.{name}: joint '{robot.joints[joint]}' moves no mass, and the drive states "
+            "no armature.\nGive the link below it an <inertial> element, or state the armature."
+        )
     bound = HEAVIEST * inertia
     longest = (-kd + np.sqrt(kd * kd + 4.0 * kp * bound)) / (2.0 * kp) if kp else bound / kd
     raise ConfigError(

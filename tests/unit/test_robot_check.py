@@ -12,7 +12,9 @@ import pytest
 from seals.check.floating import FloatingBody
 from seals.check.robot import RobotFinding, Verdict, check_robot
 from seals.cli.main import main
+from seals.effects.joint_inertia import felt_inertia
 from seals.environment.seawater import FRESH_WATER
+from seals.plugins.actuators.servos import Servos
 from seals.robot.build import build_robot
 from seals.robot.settings import HullSettings, RobotSettings, ShapeSettings, ShapeType
 
@@ -180,6 +182,34 @@ def test_moving_link_without_mass_is_a_fault(make: Maker) -> None:
     joint = '<joint name="j" type="continuous"><parent link="base"/><child link="tip"/></joint>'
     found = only(check_robot(make(link() + '<link name="tip"/>' + joint)), "moving mass")
     assert (found.verdict, found.found) == (Verdict.FAIL, "no link with mass is attached to j")
+
+
+def _arm_with_a_massless_tip(make: Maker) -> RobotSettings:
+    joint = '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/>'
+    joint += '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    arm = joint.format("shoulder", "base", "arm") + joint.format("wrist", "arm", "tip")
+    return make(link(i=1e-3) + link("arm", i=3e-3) + '<link name="tip"/>' + arm)
+
+
+def test_joint_that_moves_no_mass_feels_none(make: Maker) -> None:
+    """Of two coaxial bodies a joint feels I1 I2 / (I1 + I2); a frame at the end changes nothing."""
+    robot = build_robot(_arm_with_a_massless_tip(make))
+    assert felt_inertia(robot) == pytest.approx([1e-3 * 3e-3 / 4e-3, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("armature", "verdict", "words"),
+    [([0.0, 1e-4], Verdict.OK, "stable"), ([0.0, 0.0], Verdict.FAIL, "'wrist' moves no mass")],
+)
+def test_servo_of_a_joint_without_mass_needs_an_armature(
+    make: Maker, armature: list[float], verdict: Verdict, words: str
+) -> None:
+    """The inertia of its drive is all that such a joint has; without it, it is named."""
+    servo = Servos(kp_each=[0.1, 0.1], kd_each=[0.01, 0.01], armature_each=armature)
+    found = check_robot(_arm_with_a_massless_tip(make), {"servos": servo})
+    bounds = only(found, "servo bounds")
+    assert bounds.verdict is verdict
+    assert words in bounds.found
 
 
 def test_open_hull_mesh_is_remarked(make: Maker, tmp_path: Path) -> None:
