@@ -89,11 +89,26 @@ def effects_of(
             word = "hull" if link == robot.links[0] else plain(link)
             out |= dict(_of_file(word, link, _afloat(each, robot, hulls)))
         out |= _chosen(robot, hulls, stated)
-    if medium.dry and robot.links[0] in hulls:
-        drag = drag_of([hulls[robot.links[0]]])
-        values = {"effect": "quadratic_drag", "medium": "air", **_shaped(drag, AIR)}
-        out["air_drag"] = Entry(values, f"chosen: {drag.source}, in air")
+    if medium.dry:
+        out |= dict(_in_air(robot, hulls))
     return out | dict(_of_drives(robot, drives))
+
+
+def _in_air(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> Iterator[tuple[str, Entry]]:
+    """Drag of the base in air; of the links fixed to it where the base itself is a bare frame."""
+    base, still = robot.links[0], _still(robot)
+    for name in [base] if base in hulls else [name for name in hulls if name in still]:
+        drag = drag_of([hulls[name]])
+        where = {} if name == base else {"links": [name]}
+        values = {"effect": "quadratic_drag", "medium": "air", **where, **_shaped(drag, AIR)}
+        word = "air_drag" if name == base else f"{plain(name)}_air_drag"
+        yield word, Entry(values, f"chosen: {drag.source}, in air")
+
+
+def _still(robot: RobotModel) -> list[str]:
+    """Return the base and the links fixed to it."""
+    moves = robot.tree.moves
+    return [n for k, n in enumerate(robot.links) if not (robot.tree.joints and moves[k].any())]
 
 
 def share_afloat(robot: RobotModel, hulls: Mapping[str, LinkHull]) -> float:
@@ -156,12 +171,11 @@ def _chosen(
     others fixed to it have none.
     """
     base, out = robot.links[0], {}
-    moving = [k for k in range(len(robot.links)) if robot.tree.joints and robot.tree.moves[k].any()]
-    still = [name for k, name in enumerate(robot.links) if k not in moving]
+    still = _still(robot)
     own = next((stated[name] for name in still if name in stated), None)
     for name, hull in hulls.items():
         each = stated.get(name)
-        if name != base and each is None and own and robot.links.index(name) not in moving:
+        if name != base and each is None and own and name in still:
             each = own
         word = "hull" if name == base else plain(name)
         if each is None or each.added is None:

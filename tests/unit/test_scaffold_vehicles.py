@@ -314,6 +314,33 @@ def test_the_medium_says_what_is_written(
     assert limit == pytest.approx(1.2 * 0.06 * 5.84e-6 * 1100.0**2, rel=5e-3)
 
 
+def test_drag_in_air_of_a_bare_base_is_that_of_the_links_fixed_to_it(tmp_path: Path) -> None:
+    """A plane whose base link is a frame falls no faster than one whose fuselage is the base."""
+    body = '<link name="{}"><inertial><mass value="1"/><inertia ixx="1e-2" iyy="1e-2" izz="1e-2"'
+    body += ' ixy="0" ixz="0" iyz="0"/></inertial>{}</link>'
+    shape = '<collision><geometry><box size="{}"/></geometry></collision>'
+    joint = '<joint name="j_{0}" type="{1}"><parent link="{2}"/><child link="{0}"/></joint>'
+    words = body.format("fuselage", shape.format("1.4 0.2 0.2"))
+    words += body.format("wing", shape.format("0.3 1.8 0.05"))
+    words += body.format("arm", shape.format("0.1 0.1 0.4"))
+    words += joint.format("wing", "fixed", "fuselage") + joint.format("arm", "continuous", "wing")
+    frame = body.format("base_link", "") + joint.format("fuselage", "fixed", "base_link")
+    found = {}
+    for name, text in (("whole", words), ("bare", frame + words)):
+        file = tmp_path / f"{name}.urdf"
+        file.write_text(f'<robot name="{name}">{text}</robot>', encoding="utf-8")
+        made = scaffold_robot(f"{name}_robot", file, parent=tmp_path, medium="air")
+        entries = yaml.safe_load((made.folder / "robot.yaml").read_text("utf-8"))["effects"]
+        found[name] = {k: v for k, v in entries.items() if v.get("medium") == "air"}
+    assert found["bare"].keys() == {"fuselage_air_drag", "wing_air_drag"}
+    assert found["bare"]["wing_air_drag"]["links"] == ["wing"]
+    # broadside of a plate, rho C_d A / 2 = 0.5 * 1.2 * C_d * 0.3 * 1.8 with C_d from 1 to 1.3
+    assert 0.3 < found["bare"]["wing_air_drag"]["coefficient_z"] < 0.45
+    fuselage = dict(found["bare"]["fuselage_air_drag"])
+    assert fuselage.pop("links") == ["fuselage"]
+    assert found["whole"] == {"air_drag": fuselage}
+
+
 def test_wheels_and_airships_are_said_to_be_beyond_the_model(tmp_path: Path) -> None:
     """No drive turns a wheel, and displaced air lifts nothing."""
     inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
