@@ -155,6 +155,10 @@ _COLUMNS = {
     **{f"acc.{axis}": (f"specific_force_{axis}", "g") for axis in "xyz"},
     **{f"gyro.{axis}": (f"angular_velocity_{axis}", "deg/s") for axis in "xyz"},
     **{f"motor.m{k}": (f"motor_pwm_{k}", "pwm") for k in (1, 2, 3, 4)},
+    **{f"stateEstimate.{axis}": (f"position_{axis}", "m") for axis in "xyz"},
+    **{f"stateEstimate.q{axis}": (f"orientation_{axis}", "1") for axis in "xyzw"},
+    "pm.vbat": ("battery_voltage", "V"),
+    "pm.vbatMV": ("battery_voltage", "mV"),
 }
 
 
@@ -164,7 +168,9 @@ class ReaderCrazyflie(ReaderPublished):
     """Flights of a 27 g quadrotor, recorded on board; one log for each file.
 
     Channels:
-        ``specific_force_x/y/z``, ``angular_velocity_x/y/z``, ``motor_pwm_1..4``.
+        ``specific_force_x/y/z``, ``angular_velocity_x/y/z``, ``motor_pwm_1..4``; where they were
+        recorded, the estimates ``position_x/y/z`` and ``orientation_x/y/z/w`` of the filter on
+        board, and ``battery_voltage``.
     Units:
         g -> m/s^2 with 9.80665, deg/s -> rad/s, 16-bit pulse width -> share of full.
     Source:
@@ -173,12 +179,13 @@ class ReaderCrazyflie(ReaderPublished):
     Licence:
         MIT.
     Limitations:
-        No position, no attitude, no battery voltage: thrust at one pulse width falls as the battery
-        empties, and nothing in the log tells. Rotor speeds are not measured.
+        In the published ones no position, no attitude, no battery voltage: thrust at one pulse
+        width falls as the battery empties, and nothing in the log tells. Rotor speeds are not
+        measured.
 
     Args:
         path: a log file, a folder that holds the published ones, or the name of one of them.
-        event: the event block to read; empty takes the one with the accelerometer.
+        event: the event block to read; empty takes the one with the accelerometer, or the only one.
         allow_truncated: whether a file that was cut short is read up to the cut.
     """
 
@@ -191,19 +198,22 @@ class ReaderCrazyflie(ReaderPublished):
         """Return one flight."""
         content = read_bytes(path, most=_MOST_BYTES)
         events = parse(content, where=str(path), allow_truncated=self.allow_truncated)
-        found = {name: event for name, event in events.items() if "acc.z" in event}
+        found = [name for name in events if "acc.z" in events[name] or len(events) == 1]
         name = self.event or next(iter(found), "")
         if name not in events:
             what = f"event '{name}'" if name else "event with an accelerometer (acc.z)"
-            raise LogError(f"'{path}' has no {what}.\n" + suggestion(name, events, label="Events"))
+            listed = suggestion(name, events, label="reader.event= selects one of")
+            raise LogError(f"'{path}' has no {what}.\n{listed}")
         time = events[name]["t"]
         rate = float(1.0 / np.median(np.diff(time))) if time.size > 1 else 0.0
         # standard deviations at rest with the motors off; in flight vibration adds to them
         force = {"sigma": 0.0011 * STANDARD_GRAVITY, "rate": rate, "unit": "m/s^2"}
         turn = {"sigma": 0.0021, "rate": rate, "unit": "rad/s"}
-        channels = {"specific_force": force, "angular_velocity": turn}
-        meta = {"sensors": {"channels": channels}}
-        return self.described(path.name, _columns(events[name]), of=path, meta=meta)
+        columns = _columns(events[name])
+        stated = {"specific_force": force, "angular_velocity": turn}
+        channels = {key: value for key, value in stated.items() if f"{key}_z" in columns}
+        meta = {"sensors": {"channels": channels}} if channels else {}
+        return self.described(path.name, columns, of=path, meta=meta)
 
 
 def _columns(event: dict[str, Floats]) -> dict[str, Floats]:

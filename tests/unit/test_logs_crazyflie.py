@@ -87,9 +87,34 @@ def test_false_declarations_are_refused(body: bytes, words: str) -> None:
         parse(_sealed(body), where="log")
 
 
+def _blocks(*blocks: tuple[str, dict[str, float]]) -> bytes:
+    """Return a log with a row of each event block, floats all."""
+    head, rows = struct.pack("<BHH", 0xBC, 2, len(blocks)), b""
+    for key, (name, values) in enumerate(blocks):
+        head += struct.pack("<H", key) + name.encode() + b"\0" + struct.pack("<H", len(values))
+        head += b"".join(f"{variable}(f)\0".encode() for variable in values)
+        stamps = (struct.pack("<HQ", key, 1_000_000 + 10_000 * k) for k in range(3))
+        rows += b"".join(s + struct.pack(f"<{len(values)}f", *values.values()) for s in stamps)
+    return _sealed(head + rows)
+
+
 def test_event_without_accelerometer_is_refused(tmp_path: Path) -> None:
-    """A log of something else names the events that it has."""
-    body = _header().replace(b"acc.z", b"mag.z") + _row(0)
-    (tmp_path / "log").write_bytes(_sealed(body))
-    with pytest.raises(LogError, match="Events: fixed"):
+    """Of several blocks none is guessed: the message names them, and the option that selects."""
+    blocks = ("slow", {"pm.vbatMV": 3900.0}), ("marker", {"lh.x": 0.0})
+    (tmp_path / "log").write_bytes(_blocks(*blocks))
+    with pytest.raises(LogError, match=r"reader.event= selects one of: .*slow"):
         ReaderCrazyflie().read(tmp_path / "log")
+    (log,) = ReaderCrazyflie(event="slow").read(tmp_path / "log")
+    assert log.columns["battery_voltage"] == pytest.approx([3.9] * 3)
+
+
+def test_the_only_block_is_read_with_the_estimates_of_the_filter(tmp_path: Path) -> None:
+    """Position in m, attitude as a quaternion, V and mV; no noise is stated of absent sensors."""
+    pose = {f"stateEstimate.{n}": v for n, v in zip("xyz", (1.0, -2.0, 0.5), strict=True)}
+    turn = {f"stateEstimate.q{n}": v for n, v in zip("xyzw", (0.0, 0.6, 0.0, 0.8), strict=True)}
+    (tmp_path / "log").write_bytes(_blocks(("fixed", pose | turn | {"pm.vbat": 3.7})))
+    (log,) = ReaderCrazyflie().read(tmp_path / "log")
+    assert log.channel("position")[0] == pytest.approx([1.0, -2.0, 0.5])
+    assert log.channel("orientation")[0] == pytest.approx([0.8, 0.0, 0.6, 0.0])
+    assert log.columns["battery_voltage"] == pytest.approx([3.7] * 3)
+    assert "sensors" not in log.meta
