@@ -112,8 +112,8 @@ def refuse_slips(root: str, words: Sequence[str]) -> None:
         if root == "run" and own and old and Path(own).resolve() == Path(old).resolve():
             # Hydra would overwrite its settings
             raise ConfigError(
-                f"hydra.run.dir={own} is the folder of the run itself, which would be lost.\n"
-                "Name another folder, or leave hydra.run.dir out: runs/DAY/TIME_NAME is new."
+                f"out={own} is the folder of the run itself, which would be lost.\n"
+                "Name another folder, or leave out= away: runs/DAY/TIME_NAME is new."
             )
 
 

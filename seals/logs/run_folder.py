@@ -169,7 +169,7 @@ def _locked(folder: Path) -> int | None:
         time.sleep(_PAUSE)
     raise ConfigError(
         f"{folder} is in use: {_holder(path)} writes into it.\n"
-        "Wait until it ends, or choose another folder: hydra.run.dir=FOLDER"
+        "Wait until it ends, or choose another folder: out=FOLDER"
     )
 
 
@@ -209,7 +209,7 @@ def _refuse_links(folder: Path) -> None:
         if linked:
             raise ConfigError(
                 f"{linked[0]} is a link that leads outside its run folder.\n"
-                "Replace the link by its target, or choose another folder: hydra.run.dir=FOLDER"
+                "Replace the link by its target, or choose another folder: out=FOLDER"
             )
 
 

@@ -49,7 +49,7 @@ def test_a_run_that_would_overwrite_what_it_repeats_is_refused(
 ) -> None:
     """By either word for the folder."""
     assert main(["run", "repeat=old", "out=./old"]) == 2
-    assert "is the folder of the run itself" in capsys.readouterr().err
+    assert "out=./old is the folder of the run itself" in capsys.readouterr().err
 
 
 def test_verbs_with_an_answer_of_their_own_keep_the_word() -> None:
