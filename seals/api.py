@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import fnmatch
+import numbers
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from seals.logs.log import Log
     from seals.robot.model import RobotModel
     from seals.world import World
+
+_MOST_ROBOTS = 10_000_000
+"""Limit of the robots of a batch: beyond, the mistake is in the number."""
 
 
 def make(overrides: Sequence[str] = ()) -> World:
@@ -57,7 +61,7 @@ def make_batch(
 
     Args:
         overrides: such as ``["robot=ball", "water=fossen"]``.
-        batch: number of robots B.
+        batch: number of robots B, at least 1.
         like: array whose library, type and device to use; NumPy float64 when left out.
         values: ``"effect.parameter"`` to a number or an array of shape (B,), in place of the
             configured values.
@@ -74,7 +78,13 @@ def make_batch(
     from seals.run import build_twin
     from seals.run.build import run_settings
 
-    return build_twin(run_settings(overrides), batch=batch, like=like, values=values)
+    given: Any = batch
+    whole = isinstance(given, numbers.Integral) and not isinstance(given, bool)
+    if not whole or not 0 < batch <= _MOST_ROBOTS:
+        raise ConfigError(
+            f"batch={batch!s:.50} is not allowed.\nAllowed: an integer, 1 to {_MOST_ROBOTS:,}"
+        )
+    return build_twin(run_settings(overrides), batch=int(batch), like=like, values=values)
 
 
 def simulate(overrides: Sequence[str], out: str | Path) -> Log:

@@ -35,6 +35,11 @@ def compose(overrides: Sequence[str] = (), *, root: str = "run") -> Any:
         raise ConfigError(
             f"overrides={overrides!r} is text, not a list.\nWrite a list: [{overrides!r}]"
         )
+    if not isinstance(overrides, Sequence) or not all(isinstance(one, str) for one in overrides):
+        raise ConfigError(
+            f"overrides={overrides!s:.200} is not a list of texts.\n"
+            "Write a list of KEY=VALUE, for instance ['robot=ball']"
+        )
     install()
     GlobalHydra.instance().clear()
     with (

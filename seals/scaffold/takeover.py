@@ -293,7 +293,8 @@ def _whole(path: Path, tree: Element, packages: Mapping[str, Path]) -> Element:
 def _text_of(path: Path) -> str:
     """Text of a URDF or xacro file."""
     if not path.is_file():
-        what = "is a folder" if path.is_dir() else "does not exist"
+        what = "is not a regular file" if path.exists() else "does not exist"
+        what = "is a folder" if path.is_dir() else what
         near = [*urdfs_near(path if path.is_dir() else path.parent), *shipped_urdfs()]
         raise RobotError(
             f"URDF {path} {what}.\n{suggestion(str(path), near, label='URDF files near')}"

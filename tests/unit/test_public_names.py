@@ -7,6 +7,7 @@ import inspect
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -139,3 +140,17 @@ def test_a_run_from_python_is_that_of_the_command_line(tmp_path: Path) -> None:
         seals.simulate(words, tmp_path / "fall")
     with pytest.raises(SealsError, match="Did you mean 'ball'"):
         seals.make(["robot=bal"])
+
+
+@pytest.mark.parametrize("overrides", [None, 5, [5], {"robot=ball": 1}])
+def test_overrides_that_are_no_list_of_texts_are_refused(overrides: Any) -> None:
+    """In words, from every function that takes them."""
+    with pytest.raises(ConfigError, match="not a list of texts"):
+        seals.make(overrides)
+
+
+@pytest.mark.parametrize("batch", [0, -1, 1.5, "a", True, 10**9])
+def test_a_batch_is_a_number_of_robots(batch: Any) -> None:
+    """What is none is refused before memory is taken."""
+    with pytest.raises(ConfigError, match=r"batch=.* is not allowed"):
+        seals.make_batch(["robot=ball"], batch=batch)

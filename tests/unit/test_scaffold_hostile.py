@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -209,3 +210,10 @@ def test_a_link_out_of_the_folder_is_not_followed(kind: str, tmp_path: Path) -> 
     (folder / ("in.xml" if kind == "include" else "in/model.sdf")).symlink_to(secret)
     with pytest.raises(RobotError, match=r"outside its folder|does not exist"):
         scaffold_robot("mine", file, parent=tmp_path)
+
+
+def test_a_pipe_is_said_to_be_no_file(tmp_path: Path) -> None:
+    """It is there, and is not waited for."""
+    os.mkfifo(tmp_path / "r.urdf")
+    with pytest.raises(RobotError, match=r"r\.urdf is not a regular file"):
+        scaffold_robot("r", tmp_path / "r.urdf", parent=tmp_path)
