@@ -45,9 +45,15 @@ def refuse_unknown(wanted: Iterable[str], present: Collection[str], *, where: st
     """Refuse topics that the file does not hold.
 
     Raises:
-        LogError: one is absent.
+        LogError: one is absent; a field within a field after a slash is shown with its dot.
     """
     for name in wanted:
+        topic, _, field = name.rpartition("/")
+        if name not in present and topic in present:
+            raise LogError(
+                f"'{where}' has no topic '{name}'.\n"
+                f"A field within a field is written with a dot: {topic}/{field}.NAME"
+            )
         refuse_unlisted(
             name, present, f"'{where}' has no topic '{name}'", label="Topics", error=LogError
         )

@@ -14,6 +14,7 @@ import pytest
 from seals.errors import LogError
 from seals.logs.log import Log
 from seals.plugins.readers.recording import ReaderMcap, ReaderRosbag2
+from seals.plugins.readers.streams import refuse_unknown
 
 _LACK = "mcap or rosbags, which write the files, are not installed"
 writer = pytest.importorskip("mcap.writer", reason=_LACK)
@@ -321,3 +322,11 @@ def test_the_files_of_a_bag_lie_in_its_folder(tmp_path: Path) -> None:
         (folder / "metadata.yaml").write_text(text)
         with pytest.raises(LogError, match=r"inside the folder|does not exist"):
             ReaderRosbag2().read(folder)
+
+
+def test_a_field_within_a_field_after_a_slash_is_shown_with_its_dot() -> None:
+    """The nearest topic alone would not tell what to write."""
+    with pytest.raises(LogError, match=r"with a dot: /base/cmd_vel/linear\.NAME"):
+        refuse_unknown(["/base/cmd_vel/linear"], ["/base/cmd_vel"], where="a.bag")
+    with pytest.raises(LogError, match="Did you mean '/base/cmd_vel'"):
+        refuse_unknown(["/base/cmd_vl"], ["/base/cmd_vel"], where="a.bag")
