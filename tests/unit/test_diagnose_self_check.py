@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,8 @@ import pytest
 
 from seals.logs.native import read_native
 from seals.logs.shipped import shipped_logs
+from seals.robot.build import build_robot
+from seals.robot.settings import RobotSettings
 from seals.sysid.predictors.linear_screen import candidate_keys
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.problem import Problem, prepare
@@ -74,6 +78,23 @@ def test_a_vehicle_that_gusts_tip_over_is_not_simulated_without_them(
     gusty = replace(hypothesis, fitter=hypothesis.fitter.with_windows(rows))
     assert tipped(gusty.fitter) == pytest.approx(100.0 * tipped(hypothesis.fitter))
     assert self_check(gusty) is None
+
+
+def test_gusts_turn_the_whole_vehicle_and_not_the_frame_that_is_its_base(tmp_path: Path) -> None:
+    """Two spheres of inertia I on y: the least inertia is 2 I about y; the base is a point."""
+    body = '<link name="{0}"><inertial><mass value="0.5"/><inertia ixx="{1}" iyy="{1}" izz="{1}" '
+    body += 'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    joint = '<joint name="j{0}" type="fixed"><origin xyz="0 {1} 0"/><parent link="base"/>'
+    joint += '<child link="{0}"/></joint>'
+    text = '<robot name="r">' + body.format("base", 0)
+    for name, place in (("left", 0.1), ("right", -0.1)):
+        text += body.format(name, 5e-3) + joint.format(name, place)
+    (tmp_path / "r.urdf").write_text(text + "</robot>", encoding="utf-8")
+    robot = build_robot(RobotSettings(name="r", folder=str(tmp_path), urdf="r.urdf"))
+    vehicle = SimpleNamespace(robot=robot, gust=(0.0, 2e-3), gust_time=0.5)
+    plant = SimpleNamespace(vehicle=vehicle, samples=SimpleNamespace(step=0.01))
+    fitter: Any = SimpleNamespace(plant=plant, windows=SimpleNamespace(length=101, gusts=1.0))
+    assert tipped(fitter) == pytest.approx(2e-3 / 0.01 * np.sqrt(2.0 * 0.5 * 1.0 / 3.0))
 
 
 def test_a_fit_with_one_more_effect_is_never_left_worse_than_without(

@@ -15,6 +15,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.frames import exponential, multiply
+from seals.robot.whole_body import whole_body
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory, posture_readings
 from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
@@ -83,10 +84,10 @@ def tipped(fitter: Fitter) -> float:
 
     Equation:
         sigma^2 = (torque / inertia)^2 2 tau T^3 / 3, a torque of the correlation time tau that
-        acts for T > tau.
+        acts for T > tau. The inertia is that of the whole vehicle, its base may be a bare frame.
     """
     vehicle, windows = fitter.plant.vehicle, fitter.windows
-    inertia = float(np.linalg.eigvalsh(vehicle.robot.inertia[0]).min())
+    inertia = float(np.linalg.eigvalsh(whole_body(vehicle.robot)[2]).min())
     span = (windows.length - 1) * fitter.plant.samples.step
     torque = windows.gusts * float(vehicle.gust[1])
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
