@@ -445,26 +445,25 @@ def _gust(log: Log, vehicle: Mapping[str, Any]) -> Measured | None:
     def fast(values: Floats, width: int) -> Floats:
         return _mean(values, short) - _mean(values, width)
 
-    if there.mean() > 0.9 and lifted.any():
-        slow = lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0))
-        slow &= _pace(log) < _SLOW
-        longer = max(3, width)
-        if slow.sum() >= 2 * longer:
-            still = np.nan_to_num(force[:, :2]).T
-            level = [float(np.var(fast(values, longer)[slow])) - white for values in still]
-            value = math.sqrt(max(float(np.mean(level)), 0.0) / share)
-            return Measured(value, "level specific force in slow flight, faster than two seconds")
-    velocity = _velocity_of(log, step)
-    if velocity is None:
+    if not lifted.any():
         return None
-    flying = _flying(log, vehicle) & there
-    if flying.sum() < 2 * width:
+    slow = (lifted > 0.5 * float(np.median(lifted[lifted > 0.0], axis=0))) & (_pace(log) < _SLOW)
+    flying, velocity, left = _flying(log, vehicle) & there, _velocity_of(log, step), None
+    if velocity is not None and flying.sum() >= 2 * width:
+        thrust = lifted / float(vehicle["mass"])
+        left = unexplained_force(force[flying][:, :2], velocity[flying], thrust[flying])
+        slow = slow[flying]
+    if there.mean() > 0.9 and slow.sum() >= 2 * max(3, width):
+        # a mean that reaches into faster flight holds its drag
+        values = np.nan_to_num(force[:, :2]) if left is None else left
+        level = [float(np.var(fast(v, max(3, width))[slow])) for v in values.T]
+        how = "level specific force in slow flight, faster than two seconds"
+    elif left is not None:
+        level = [(1.4826 * float(np.median(np.abs(fast(v, width))))) ** 2 for v in left.T]
+        how = "level specific force beside a drag, faster than two seconds"
+    else:
         return None
-    thrust = lifted / float(vehicle["mass"])
-    left = unexplained_force(force[flying][:, :2], velocity[flying], thrust[flying])
-    level = [(1.4826 * float(np.median(np.abs(fast(v, width))))) ** 2 for v in left.T]
-    value = math.sqrt(max(float(np.mean(level)) - white, 0.0) / share)
-    return Measured(value, "level specific force beside a drag, faster than two seconds")
+    return Measured(math.sqrt(max(float(np.mean(level)) - white, 0.0) / share), how)
 
 
 def _mean(values: Floats, rows: int) -> Floats:

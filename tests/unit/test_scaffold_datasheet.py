@@ -96,6 +96,20 @@ def test_a_flight_tells_noise_bias_lag_thrust_and_gusts() -> None:
     assert facts.gust.value == pytest.approx(0.4, rel=0.35)
 
 
+def test_the_drag_between_stops_counts_as_no_gusts() -> None:
+    """A mean over two seconds at a stop of 1.5 s reaches into the way there, with its drag."""
+    log, rng, phase = _flight(gust=0.0), np.random.default_rng(2), np.arange(ROWS) * STEP % 3.0
+    speed = 2.0 * np.maximum(np.sin(np.pi * (phase - 1.5) / 1.5), 0.0) * (np.arange(ROWS) > 2 * REST)
+    columns = dict(log.columns)
+    columns["specific_force_x"] = log.columns["specific_force_x"] - 0.35 * speed
+    columns["position_x"] = log.columns["position_x"] + np.cumsum(speed) * STEP
+    for letter in "wxyz":
+        columns[f"orientation_{letter}"] = 0.004 * rng.standard_normal(ROWS) + (letter == "w")
+    gust = flight_facts(Log(name="places", columns=columns), VEHICLE).gust
+    assert gust is not None
+    assert gust.value < 0.02
+
+
 def _still(sigmas: tuple[float, float, float], seed: int) -> Log:
     rng = np.random.default_rng(seed)
     columns = {"t": np.arange(1600) * STEP}
