@@ -99,7 +99,9 @@ def test_a_flight_tells_noise_bias_lag_thrust_and_gusts() -> None:
 def test_the_drag_between_stops_counts_as_no_gusts() -> None:
     """A mean over two seconds at a stop of 1.5 s reaches into the way there, with its drag."""
     log, rng, phase = _flight(gust=0.0), np.random.default_rng(2), np.arange(ROWS) * STEP % 3.0
-    speed = 2.0 * np.maximum(np.sin(np.pi * (phase - 1.5) / 1.5), 0.0) * (np.arange(ROWS) > 2 * REST)
+    speed = (
+        2.0 * np.maximum(np.sin(np.pi * (phase - 1.5) / 1.5), 0.0) * (np.arange(ROWS) > 2 * REST)
+    )
     columns = dict(log.columns)
     columns["specific_force_x"] = log.columns["specific_force_x"] - 0.35 * speed
     columns["position_x"] = log.columns["position_x"] + np.cumsum(speed) * STEP
