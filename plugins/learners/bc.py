@@ -74,25 +74,38 @@ class CloningAgent(NetworkAgent):
         device: of the network.
         seed: of the first weights and of all draws.
         normalise: whether observations are brought to mean 0 and deviation 1.
+        pixels: what `seals.learn.networks.encoder_of` takes, for a policy that sees.
     """
 
     def __init__(
-        self, learner: Any, spaces: Spaces, device: str, seed: int, *, normalise: bool = True
+        self,
+        learner: Any,
+        spaces: Spaces,
+        device: str,
+        seed: int,
+        *,
+        normalise: bool = True,
+        pixels: Mapping[str, Any] | None = None,
     ) -> None:
         import torch
 
         super().__init__(learner, spaces, device, seed, normalise=normalise)
+        size, self.encoder = spaces.observation_size, None
         with first_weights(seed):
-            self.body = networks.mlp(
-                spaces.observation_size, spaces.action_size, learner.hidden
-            ).to(device)
+            if pixels is not None:
+                size = networks.features_of(size, pixels)
+                self.encoder = networks.encoder_of(pixels).to(device)
+            self.body = networks.mlp(size, spaces.action_size, learner.hidden).to(device)
+        parts = (self.body,) if self.encoder is None else (self.body, self.encoder)
         self.optimiser = torch.optim.AdamW(
-            self.body.parameters(), lr=learner.learning_rate, weight_decay=learner.weight_decay
+            [weight for part in parts for weight in part.parameters()],
+            lr=learner.learning_rate,
+            weight_decay=learner.weight_decay,
         )
 
-    def action_of(self, body: Any, observation: Tensor) -> Tensor:
+    def action_of(self, body: Any, observation: Any, *, encoder: Any = None) -> Tensor:
         """Return the actions of a network, shape (N, a)."""
-        return body(self.inputs(observation)).tanh()
+        return body(self.inputs(observation, encoder=encoder)).tanh()
 
     def fit(self, loss: Tensor) -> None:
         """Take one gradient step."""

@@ -29,8 +29,11 @@ class Dagger:
         loss = mean over numbers of (tanh f(s) - a*)^2 over the states s that learner and expert
         have met, a* what the scripted policy of the task does in them
 
-    The expert acts in all environments at first, and in a share of them for good; the learner acts
-    in the others. The policy that is kept has the mean weights of the last updates.
+    The expert acts in all environments at first, and in a share of them afterwards; the learner
+    acts in the others. With ``turn`` it is drawn anew from time to time who acts in an environment:
+    then the learner also meets the later phases of a task whose first one it cannot do yet. Where
+    the environment has cameras, the policy sees their pictures beside its numbers. The policy that
+    is kept has the mean weights of the last updates.
 
     Args:
         hidden: widths of the hidden layers.
@@ -40,15 +43,25 @@ class Dagger:
         ratio: updates after a control step of all environments.
         capacity: steps that are remembered; the oldest are forgotten.
         led: control steps of every environment in which the expert acts alone at first.
-        share: of the environments in which the expert acts for good [1].
+        share: of the environments in which the expert acts afterwards [1].
+        turn: control steps, in the mean, until it is drawn anew who acts in an environment, the
+            expert with the probability ``share``; 0 for never.
         mean: share of the mean weights that an update keeps [1].
         settle: control steps over which the learning rate falls to a tenth; 0 for never.
+        use_pixels: whether pictures are looked at where there are any.
+        channels: of each convolution.
+        strides: of the convolutions, 3 x 3 pixels each.
+        features: numbers that a picture becomes, by the places where its maps respond.
 
     Assumptions:
         The task has a scripted policy; it reads the full state, the learner the observation.
 
+    Limitations:
+        With pictures the memory holds each of them: ``capacity`` times 25 kB at 64 x 64 x 6.
+
     References:
-        Ross, Gordon and Bagnell 2011, arXiv 1011.0686.
+        Ross, Gordon and Bagnell 2011, arXiv 1011.0686; Levine et al. 2016, arXiv 1504.00702
+        (places).
     """
 
     hidden: list[int] = field(default_factory=lambda: [256, 256, 256])
@@ -60,7 +73,12 @@ class Dagger:
     led: int = count(200, bounds=(1, MOST))
     share: float = setting(0.2, "1", bounds=(0.0, 1.0), source=CHOSEN)
     mean: float = setting(0.998, "1", bounds=(0.0, 1.0), source=CHOSEN)
+    turn: int = count(0, bounds=(0, MOST))
     settle: int = count(0, bounds=(0, MOST))
+    use_pixels: bool = True
+    channels: int = count(32, bounds=(1, 4096))
+    strides: list[int] = field(default_factory=lambda: [2, 2, 1, 1])
+    features: int = count(64, bounds=(1, 65_536))
 
     def start(self, spaces: Spaces, *, device: str, seed: int) -> DaggerAgent:
         """Return a fresh agent."""
@@ -71,23 +89,32 @@ class Dagger:
 class DaggerAgent(CloningAgent):
     """Agent that imitates the scripted policy; see `seals.learn.learner.Advised`."""
 
-    parts = ("body", "averaged", "optimiser", "norm", "generator")
-    plain = ("stored", "steps", "owed", "advice")
+    parts = ("body", "averaged", "encoder", "eyes", "optimiser", "norm", "generator")
+    plain = ("stored", "steps", "owed", "advice", "led")
     reports = ("loss", "remembered")
 
     def __init__(self, learner: Dagger, spaces: Spaces, device: str, seed: int) -> None:
         import torch
 
-        super().__init__(learner, spaces, device, seed)
-        size, actions = spaces.observation_size, spaces.action_size
-        self.averaged = copy.deepcopy(self.body)
+        seen = learner.use_pixels and spaces.pixels is not None
+        self._pixels = _encoder_options(learner, spaces) if seen else None
+        super().__init__(learner, spaces, device, seed, pixels=self._pixels)
+        self.averaged, self.eyes = copy.deepcopy(self.body), copy.deepcopy(self.encoder)
         rounds = max(1, learner.capacity // spaces.count)
+        shapes = {"observation": (spaces.observation_size,), "action": (spaces.action_size,)}
         self.memory = {
-            "observation": torch.zeros(rounds, spaces.count, size, device=device),
-            "action": torch.zeros(rounds, spaces.count, actions, device=device),
+            key: torch.zeros(rounds, spaces.count, *shape, device=device)
+            for key, shape in shapes.items()
         }
+        if seen:
+            self.memory["pixels"] = torch.zeros(
+                rounds, spaces.count, *spaces.pixels, dtype=torch.uint8, device=device
+            )
         self.stored = self.steps = self.owed = 0
         self.advice: Any = None
+        # environments in which the expert acts
+        first = int(learner.share * spaces.count)
+        self.led = torch.arange(spaces.count, device=device) < first
 
     def state(self) -> dict[str, Any]:
         """Return the complete state; of the memory the part that is filled."""
@@ -116,15 +143,17 @@ class DaggerAgent(CloningAgent):
         import torch
 
         with torch.no_grad():
-            body = self.body if explore else self.averaged
-            own = self.action_of(body, vector(observation))
+            nets = (self.body, self.encoder) if explore else (self.averaged, self.eyes)
+            own = self.action_of(nets[0], self._given(observation), encoder=nets[1])
             if not explore or self.advice is None:
                 return own
             if self.steps < self.learner.led:
                 return self.advice.clone()
-            led = int(self.learner.share * len(own))
-            own[:led] = self.advice[:led]
-            return own
+            return torch.where(self.led[:, None], self.advice, own)
+
+    def _given(self, observation: Any) -> Any:
+        """Return what the networks look at of an observation."""
+        return vector(observation) if self._pixels is None else observation
 
     def observe(self, observation: Any, action: Tensor, result: StepResult) -> None:
         """Remember the states and what the expert would have done in them."""
@@ -132,10 +161,23 @@ class DaggerAgent(CloningAgent):
         row = self.steps % len(self.memory["action"])
         self.memory["observation"][row] = seen
         self.memory["action"][row] = action if self.advice is None else self.advice
+        if self._pixels is not None:
+            self.memory["pixels"][row] = observation["pixels"]
         self.norm.update(seen)
+        self._take_turns()
         self.steps += 1
         self.stored = min(self.steps, len(self.memory["action"]))
         self.owed += self.learner.ratio
+
+    def _take_turns(self) -> None:
+        """Draw anew who acts in some environments."""
+        import torch
+
+        if not self.learner.turn:
+            return
+        chance = torch.rand(2, len(self.led), generator=self.generator, device=self.device)
+        anew = chance[0] * self.learner.turn < 1.0
+        self.led = torch.where(anew, chance[1] < self.learner.share, self.led)
 
     def due(self) -> int:
         """Return the number of updates that the last steps allow."""
@@ -155,13 +197,31 @@ class DaggerAgent(CloningAgent):
             remembered, (self.learner.batch,), generator=self.generator, device=self.device
         )
         rows = {key: value.flatten(0, 1)[index] for key, value in self.memory.items()}
-        loss = (self.action_of(self.body, rows["observation"]) - rows["action"]).square().mean()
+        seen = {"state": rows["observation"], **rows}
+        found = self.action_of(self.body, self._given(seen), encoder=self.encoder)
+        loss = (found - rows["action"]).square().mean()
         self.fit(loss)
+        pairs = ((self.averaged, self.body), (self.eyes, self.encoder))
         with torch.no_grad():
-            for kept, new in zip(self.averaged.parameters(), self.body.parameters(), strict=True):
-                kept.lerp_(new, 1.0 - self.learner.mean)
+            for slow, fast in pairs if self.encoder is not None else pairs[:1]:
+                for kept, new in zip(slow.parameters(), fast.parameters(), strict=True):
+                    kept.lerp_(new, 1.0 - self.learner.mean)
         return {"loss": loss.detach(), "remembered": torch.tensor(float(remembered))}
 
     def policy(self) -> tuple[dict[str, Any], dict[str, Tensor]]:
         """Return the policy with the mean weights."""
-        return self.policy_with(self.averaged)
+        described = {} if self._pixels is None else {"pixels": self._pixels}
+        return self.policy_with(self.averaged, encoder=self.eyes, **described)
+
+
+def _encoder_options(learner: Dagger, spaces: Spaces) -> dict[str, Any]:
+    """Return what `seals.learn.networks.encoder_of` takes."""
+    return {
+        "shape": [int(size) for size in spaces.pixels or ()],
+        "channels": learner.channels,
+        "strides": [int(stride) for stride in learner.strides],
+        "pool": "places",
+        "features": learner.features,
+        "use_pixels": True,
+        "use_state": True,
+    }

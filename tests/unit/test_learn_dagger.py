@@ -59,3 +59,52 @@ def test_the_state_holds_the_filled_part_of_the_memory(tmp_path: Path) -> None:
     state["rows"]["action"] = kept[:-1]
     with pytest.raises(ValueError, match="numbers of action"):
         other.load(state)
+
+
+def _eyes(**changes: Any) -> Any:
+    """Agent with two numbers and two pictures of 24 x 24 pixels in each of 40 environments."""
+    spaces = Spaces(observation_size=2, action_size=1, count=40, pixels=(6, 24, 24))
+    own = {"hidden": [16], "batch": 64, "ratio": 1, "capacity": 400, "led": 1}
+    learner = Dagger(**own, channels=8, strides=[2, 1], **changes)
+    return learner.start(spaces, device="cpu", seed=3)
+
+
+def test_a_policy_that_sees_imitates_by_pictures_alone() -> None:
+    """The expert steers by the side on which a spot is; no number tells it."""
+    agent, rng = _eyes(features=8, mean=0.9, learning_rate=3e-3), torch.Generator().manual_seed(1)
+    for _ in range(8):
+        side = torch.randint(0, 2, (40,), generator=rng)
+        pixels = torch.zeros(40, 6, 24, 24, dtype=torch.uint8)
+        for k in range(40):
+            left = 3 if side[k] else 15
+            pixels[k, :3, 8:14, left : left + 6] = 255
+        seen = {"state": torch.zeros(40, 2), "pixels": pixels}
+        wanted = (2.0 * side[:, None] - 1.0) * 0.8
+        agent.advise(wanted)
+        agent.observe(seen, wanted, None)
+    for _ in range(250):
+        agent.update()
+    done = agent.act(seen, explore=False)
+    assert (done - wanted).abs().mean() < 0.1
+    hidden = {**seen, "pixels": torch.zeros_like(pixels)}
+    assert (agent.act(hidden, explore=False) - wanted).abs().mean() > 0.5
+    other = _eyes(features=8, mean=0.9)
+    other.load(agent.state())
+    assert torch.equal(other.act(seen, explore=False), done)
+
+
+def test_experts_and_learners_take_turns() -> None:
+    """Who acts stays as it is by default; with turns each environment changes about that often."""
+    fixed, turning = _eyes(share=0.3), _eyes(share=0.3, turn=5)
+    first, changed, led = turning.led.clone(), 0, 0
+    for _ in range(200):
+        before = turning.led.clone()
+        fixed._take_turns()
+        turning._take_turns()
+        changed += int((turning.led != before).sum())
+        led += int(turning.led.sum())
+    assert torch.equal(fixed.led, first)
+    assert int(first.sum()) == 12
+    # 8,000 draws of one in five, of which 2 x 0.3 x 0.7 change hands; standard error 3 and 1 %
+    assert changed / 8000 == pytest.approx(0.2 * 0.42, rel=0.15)
+    assert led / 8000 == pytest.approx(0.3, rel=0.15)

@@ -172,6 +172,11 @@ SHORT = [word for word in TINY if not word.startswith("learner.")]
             *(f"sensors.{x}.{side}=24" for x in ("front", "belly") for side in ("width", "height")),
             *(word for word in TINY if word.startswith("learner.")),
         ],
+        [
+            *("learner=dagger_seen", "env=reach_current_seen", "learner.channels=4"),
+            *("learner.hidden=[8]", "learner.batch=4", "learner.led=2", "learner.capacity=40"),
+            *(f"sensors.{x}.{side}=24" for x in ("front", "belly") for side in ("width", "height")),
+        ],
     ],
     ids=lambda words: words[0],
 )
