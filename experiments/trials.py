@@ -58,24 +58,19 @@ def run_trials(
         if kept is not None and kept["code"] == code:
             continue
         outcome = one(words)
-        rows[str(seed)] = _row_of(seed, outcome, code)
+        row: dict[str, Any] = {
+            "seed": seed,
+            "success": int(outcome.success),
+            "reason": outcome.reason,
+            "tries": outcome.tries,
+            "seconds": f"{outcome.seconds:.2f}",
+            "code": code,
+        }
+        row |= {key: f"{value:.5g}" for key, value in (outcome.measures or {}).items()}
+        rows[str(seed)] = {key: str(value) for key, value in row.items()}
         write_rows(path, [rows[key] for key in sorted(rows, key=int)])
         print(_line_of(rows[str(seed)]), flush=True)
     return [rows[str(seed)] for seed in seeds]
-
-
-def _row_of(seed: int, outcome: Outcome, code: str) -> dict[str, str]:
-    """Return one row of the table."""
-    row: dict[str, Any] = {
-        "seed": seed,
-        "success": int(outcome.success),
-        "reason": outcome.reason,
-        "tries": outcome.tries,
-        "seconds": f"{outcome.seconds:.2f}",
-        "code": code,
-    }
-    row |= {key: f"{value:.5g}" for key, value in (outcome.measures or {}).items()}
-    return {key: str(value) for key, value in row.items()}
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:

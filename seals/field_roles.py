@@ -98,7 +98,9 @@ def roles_of(cls: type) -> Mapping[str, Role | None]:
         stated |= vars(base).get(_OWN, {})
     hints = typing.get_type_hints(cls)
     return {
-        field.name: stated.get(field.name, Role.data if _plain(hints[field.name]) else None)
+        field.name: stated.get(
+            field.name, Role.data if all(map(_harmless, parts_of(hints[field.name]))) else None
+        )
         for field in dataclasses.fields(typing.cast(Any, cls))
     }
 
@@ -115,11 +117,6 @@ def parts_of(hint: Any) -> Iterator[Any]:
         yield hint
     for argument in arguments:
         yield from parts_of(argument)
-
-
-def _plain(hint: Any) -> bool:
-    """Return whether a field of a type can hold numbers, enumerations and settings only."""
-    return all(map(_harmless, parts_of(hint)))
 
 
 def _harmless(part: Any) -> bool:

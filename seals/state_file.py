@@ -113,7 +113,13 @@ def read_state(path: Path, kind: str, *, most: int = MOST_BYTES) -> Any:
         if size > most:
             raise StateError(f"it has {size:,} bytes; this one has at most {most:,}")
         head = _read_head(file.read(_HEAD.size), size)
-        if _digest_of(head, file) != file.read(_DIGEST):
+        # the digest is of the head and of the rest of the file
+        found = hashlib.blake2b(head.raw, digest_size=_DIGEST)
+        file.seek(_HEAD.size + _DIGEST)
+        while part := file.read(_PIECE):
+            found.update(part)
+        file.seek(_HEAD.size)
+        if found.digest() != file.read(_DIGEST):
             raise StateError("its digest differs: it is damaged or truncated")
         try:
             return _READERS[head.version](file, head, kind)
@@ -162,16 +168,6 @@ def _read_head(raw: bytes, size: int) -> _Head:
     if text > MOST_TEXT or len(raw) + _DIGEST + text + arrays != size:
         raise StateError(f"it declares {text:,} and {arrays:,} bytes, and has {size:,} in all")
     return _Head(raw, version, text, arrays)
-
-
-def _digest_of(head: _Head, file: BufferedReader) -> bytes:
-    """Return the digest of the rest of a file, and restore the read position."""
-    found = hashlib.blake2b(head.raw, digest_size=_DIGEST)
-    file.seek(_HEAD.size + _DIGEST)
-    while part := file.read(_PIECE):
-        found.update(part)
-    file.seek(_HEAD.size)
-    return found.digest()
 
 
 def _read_2(file: BufferedReader, head: _Head, kind: str) -> Any:

@@ -59,20 +59,6 @@ def is_record(value: object) -> bool:
     return _CLASSES.get(name_of(type(value))) is type(value)
 
 
-def _class_named(name: str) -> type:
-    """Return a registered class by its stored name; nothing is imported.
-
-    Raises:
-        ValueError: there is none.
-    """
-    found = _CLASSES.get(name)
-    if found is None:
-        near = difflib.get_close_matches(name, _CLASSES, n=1)
-        hint = f" (the nearest is '{near[0]}')" if near else ""
-        raise ValueError(f"it names '{name[:120]}', which is not a registered record{hint}")
-    return found
-
-
 def fields_of(record: Any) -> dict[str, Any]:
     """Return the fields of a record by name."""
     if isinstance(record, tuple):
@@ -87,7 +73,12 @@ def rebuilt(name: str, values: Mapping[str, Any]) -> Any:
         ValueError: the class is not registered, fields are missing or strange, or a value is not of
             the kind that its field declares.
     """
-    cls = _class_named(name)
+    # registered classes only: nothing is imported
+    cls = _CLASSES.get(name)
+    if cls is None:
+        near = difflib.get_close_matches(name, _CLASSES, n=1)
+        hint = f" (the nearest is '{near[0]}')" if near else ""
+        raise ValueError(f"it names '{name[:120]}', which is not a registered record{hint}")
     names = _names(cls)
     if set(values) != set(names):
         odd = sorted(set(values) ^ set(names))
@@ -124,7 +115,11 @@ def fits(value: Any, kind: Any) -> bool:
 
 def _container_fits(value: Any, origin: type, inner: tuple[Any, ...]) -> bool:
     if issubclass(origin, tuple):
-        return isinstance(value, tuple) and _row_fits(value, inner)
+        return isinstance(value, tuple) and (
+            all(fits(part, inner[0]) for part in value)
+            if len(inner) == 2 and inner[1] is Ellipsis
+            else len(value) == len(inner) and all(map(fits, value, inner))
+        )
     if issubclass(origin, Mapping):
         return isinstance(value, Mapping) and all(
             fits(k, inner[0]) and fits(v, inner[1]) for k, v in value.items()
@@ -132,12 +127,6 @@ def _container_fits(value: Any, origin: type, inner: tuple[Any, ...]) -> bool:
     if issubclass(origin, Sequence):
         return isinstance(value, list | tuple) and all(fits(v, inner[0]) for v in value)
     return True
-
-
-def _row_fits(value: tuple[Any, ...], inner: tuple[Any, ...]) -> bool:
-    if len(inner) == 2 and inner[1] is Ellipsis:
-        return all(fits(part, inner[0]) for part in value)
-    return len(value) == len(inner) and all(map(fits, value, inner))
 
 
 _SCALARS: dict[Any, tuple[type, ...]] = {

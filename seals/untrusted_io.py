@@ -321,17 +321,15 @@ def _measure(events: Any) -> None:
             continue
         if "\0" in event.value:
             raise ValueError(_NUL)
-        if len(event.value) > _LONGEST_NUMBER:
-            _refuse_long_number(event)
+        if len(event.value) > _LONGEST_NUMBER and (
+            event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value))
+        ):
+            raise ValueError(
+                f"a number of {len(event.value):,} digits; the limit is {_LONGEST_NUMBER}"
+            )
         long += (event.implicit[0] or bool(event.tag)) and bool(_LONG.fullmatch(event.value))
         if long > _MOST_LONG:
             raise ValueError(f"more than {_MOST_LONG:,} whole numbers of more than 18 digits")
-
-
-def _refuse_long_number(event: Any) -> None:
-    """Refuse overlong numbers, which YAML reads to the base 60 in quadratic time."""
-    if event.tag or (event.implicit[0] and _NUMBER.fullmatch(event.value)):
-        raise ValueError(f"a number of {len(event.value):,} digits; the limit is {_LONGEST_NUMBER}")
 
 
 def _measure_merges(root: Any) -> None:

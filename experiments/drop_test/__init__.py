@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -84,7 +84,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     floor = pressed(record.log)
     found = _measures(record.log) | landing(record.log, floor)
     if record.fluid:
-        found |= entry(record.log, record.ledger.of("particles")) | _books(record.fluid)
+        figures = record.fluid
+        names = {
+            "particles": "particles [1]",
+            "mean compression [1]": "largest mean compression [1]",
+            "momentum balance gap [1]": "largest gap of momentum in a step [1]",
+        }
+        found |= entry(record.log, record.ledger.of("particles")) | {
+            words: float(np.nanmax(figures[name])) for name, words in names.items()
+        }
     show_table(out, figure_table(found))
     marks = (Mark(at=0.0, label="water", level=True), Mark(at=bottom, label="bottom", level=True))
     log = record.log
@@ -197,13 +205,3 @@ def entry(log: Log, pushed: Floats) -> dict[str, float]:
         "peak of the felt force [m/s^2]": float(smooth[peak]),
         "duration of the spike at half height [s]": float(log.time[last] - log.time[first]),
     }
-
-
-def _books(figures: Mapping[str, Floats]) -> dict[str, float]:
-    """Return particle count, largest mean compression and largest gap of the momentum balance."""
-    names = {
-        "particles": "particles [1]",
-        "mean compression [1]": "largest mean compression [1]",
-        "momentum balance gap [1]": "largest gap of momentum in a step [1]",
-    }
-    return {words: float(np.nanmax(figures[name])) for name, words in names.items()}

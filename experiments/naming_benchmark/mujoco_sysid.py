@@ -286,7 +286,11 @@ class _Residual:
         share = (spot - low)[:, None]
         delayed = told[low, 7:] * (1 - share) + told[low + 1, 7:] * share
         pose = told[picked]
-        turn = 2.0 * _attitude_error(pose[:, 3:7], seen[:, 3:7])
+        a = pose[:, 3:7]
+        b = seen[:, 3:7]
+        vector = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
+        out: Floats = vector * np.sign(np.sum(a * b, axis=1))[:, None]
+        turn = 2.0 * out
         noise = self.flight.noise
         parts = {
             "position": pose[:, :3] - seen[:, :3],
@@ -300,13 +304,6 @@ class _Residual:
 def _names(params: Any) -> list[str]:
     """Names of a `ParameterDict`."""
     return list(params.keys())
-
-
-def _attitude_error(a: Floats, b: Floats) -> Floats:
-    """Vector part of conj(b) a, quaternions w, x, y, z."""
-    vector = b[:, :1] * a[:, 1:] - a[:, :1] * b[:, 1:] - np.cross(b[:, 1:], a[:, 1:])
-    out: Floats = vector * np.sign(np.sum(a * b, axis=1))[:, None]
-    return out
 
 
 def _declared(flight: Flight) -> tuple[str, ...]:

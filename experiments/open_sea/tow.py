@@ -12,7 +12,6 @@ from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.fluid import BodyStates, FluidBody, Surrounding
 from seals.plugins.fluids.moving_domain import FluidWindow
-from seals.plugins.fluids.moving_domain.outer_sea import OuterSea
 from seals.plugins.waves.sea import WaveSea
 from seals.robot.pieces import Piece
 from seals.run.settings import RunSettings
@@ -147,6 +146,11 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
     samples = domain.water.boundary_count
     spacing = domain.box.spacing
     fluid.close()
+    # frequency of encounter from upward zero crossings
+    outer = domain.outer
+    time = np.arange(START, end, 0.01)
+    level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
+    ups = time[1:][(np.array(level[:-1]) < 0.0) & (np.array(level[1:]) >= 0.0)]
     return Tow(
         **dict(zip(Tow._fields, columns, strict=False)),
         twins=np.array(twins).reshape(-1, APART, 3),
@@ -157,7 +161,9 @@ def towed(settings: RunSettings, *, way: float, speed: float, radius: float) -> 
         radius=radius,
         depth=course.depth,
         amplitude=0.5 * height,
-        encounter=_encounter(domain.outer, course, end),
+        encounter=float("nan")
+        if len(ups) < 2
+        else float(2.0 * math.pi * (len(ups) - 1) / (ups[-1] - ups[0])),
         spacing=spacing,
         samples=samples,
         step=settings.time.step,
@@ -202,16 +208,6 @@ def _followed(
         if k % max(1, steps // 20) == 0:
             print(f"{rows[-1][1]:5.1f} m, {domain.water.count:,} particles", flush=True)
     return rows, twins
-
-
-def _encounter(outer: OuterSea, course: _Way, end: float) -> float:
-    """Return the encounter frequency of the waves from upward zero crossings [rad/s]."""
-    time = np.arange(START, end, 0.01)
-    level = [outer.elevation(course.at(t).position, t)[0] - outer.level for t in time]
-    ups = time[1:][(np.array(level[:-1]) < 0.0) & (np.array(level[1:]) >= 0.0)]
-    if len(ups) < 2:
-        return float("nan")
-    return float(2.0 * math.pi * (len(ups) - 1) / (ups[-1] - ups[0]))
 
 
 def _line_of(fluid: FluidWindow, time: float) -> Floats:

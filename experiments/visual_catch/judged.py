@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -82,7 +82,13 @@ def judge(
         cases += [(f"{prey}, seed {k}", *each) for k, each in enumerate(named)]
         cases.append((f"{prey}, black pictures", seen[0] + SMALL, weights[0]))
     rows = flown(path) if path.is_file() else []
-    _refuse_others(path, rows, {case: digits for case, _, digits in cases})
+    known = {case: digits for case, _, digits in cases}
+    for row in rows:
+        if known.get(row.case, row.weights) != row.weights:
+            raise ConfigError(
+                f"{path} holds '{row.case}' of another detector ({row.weights}, now "
+                f"{known[row.case]}).\nGive --out another file, or the detectors that it is of."
+            )
     done = {(row.case, row.start) for row in rows}
     jobs = []
     for case, words, digits in cases:
@@ -107,15 +113,6 @@ def digits_of(detector: str) -> str:
         return ""
     weights = (detector_folder(detector, besides=(PARTS,)) / WEIGHTS).read_bytes()
     return hashlib.sha256(weights).hexdigest()[:16]
-
-
-def _refuse_others(path: Path, rows: Sequence[Flight], known: Mapping[str, str]) -> None:
-    for row in rows:
-        if known.get(row.case, row.weights) != row.weights:
-            raise ConfigError(
-                f"{path} holds '{row.case}' of another detector ({row.weights}, now "
-                f"{known[row.case]}).\nGive --out another file, or the detectors that it is of."
-            )
 
 
 def _judged(job: tuple[tuple[str, str], list[str], list[int], float]) -> list[Flight]:

@@ -57,7 +57,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     grade = Grade(not given.full, device, given.threads, method, given.across)
     checked_folder(given.out)
     results = []
-    for case in _chosen(given.cases, full=given.full):
+    names = given.cases
+    full = given.full
+    known = {case.name: case for case in CASES}
+    for name in names:
+        refuse_unlisted(name, known, f"there is no case '{name}'", label="Cases")
+    for case in (
+        [known[name] for name in names] if names else [case for case in CASES if full or case.quick]
+    ):
         print(f"{case.title} ...", flush=True)
         begun = time.perf_counter()
         try:
@@ -72,17 +79,3 @@ def main(arguments: Sequence[str] | None = None) -> int:
     path = write_page(given.out, results, grade=grade, cases=CASES)
     print(f"page: {path}")
     return 0 if all(result.passed for result in results) else 1
-
-
-def _chosen(names: Sequence[str], *, full: bool) -> list[Case]:
-    """Return the cases to run.
-
-    Raises:
-        ConfigError: there is no case of a name.
-    """
-    known = {case.name: case for case in CASES}
-    for name in names:
-        refuse_unlisted(name, known, f"there is no case '{name}'", label="Cases")
-    if names:
-        return [known[name] for name in names]
-    return [case for case in CASES if full or case.quick]

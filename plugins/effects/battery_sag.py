@@ -107,14 +107,12 @@ class BatterySag(Effect):
             return drives
         share, exponent = inputs.voltage / params["full_voltage"], params["exponent"]
         if type(exponent) is not np.ndarray or np.any(exponent != 1.0):
-            share = 1.0 - _bent(1.0 - share, exponent, params["typical"])
+            short = 1.0 - share
+            xp = namespace(short)
+            share = 1.0 - (
+                short * xp.clip(abs(short) / params["typical"], _LEAST, None) ** (exponent - 1.0)
+            )
         return sagged(drives, share, params["sensitivity"])
-
-
-def _bent(short: Array, exponent: Array, typical: Array) -> Array:
-    """Return x (x / x_0)^(e - 1); a voltage above the full one counts as a negative shortfall."""
-    xp = namespace(short)
-    return short * xp.clip(abs(short) / typical, _LEAST, None) ** (exponent - 1.0)
 
 
 def sagged(drives: Drives, share: Array, sensitivity: Array) -> Drives:

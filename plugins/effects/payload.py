@@ -147,7 +147,10 @@ class Payload(Effect):
             f"position_{a}": (2.0 if link else 1.0) * float(centre[i]) for i, a in enumerate(AXES)
         }
         along = int(np.argmax(np.abs(centre)))
-        spread = _gyration(subject.robot, link)
+        robot = subject.robot
+        turning = np.diag(robot.inertia[link])
+        second: Floats = 0.5 * turning.sum() - turning
+        spread = np.sqrt(np.maximum(second, 0.0) / float(robot.mass[link]))
         # what is carried is near the body: far off, a gram would pass for any change of its inertia
         reach = max(_REACH * float(spread.max()), 0.1)
         place = {
@@ -180,13 +183,6 @@ class Payload(Effect):
         upper = xp.concat((one, -arm), axis=2)
         lower = xp.concat((arm, -xp.matmul(arm, arm)), axis=2)
         return params["mass"][:, :, None] * xp.concat((upper, lower), axis=1)
-
-
-def _gyration(robot: RobotModel, link: int) -> Floats:
-    """Standard deviation of a link's own mass along its axes [m], shape (3,)."""
-    turning = np.diag(robot.inertia[link])
-    second: Floats = 0.5 * turning.sum() - turning
-    return np.sqrt(np.maximum(second, 0.0) / float(robot.mass[link]))
 
 
 def _ends(robot: RobotModel) -> set[int]:

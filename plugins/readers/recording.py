@@ -102,7 +102,18 @@ def _database(file: Path, wants: Wants, present: dict[str, str]) -> Iterator[Mes
                 topics[number] = (words[0], words[1], words[2])
                 present[words[0]] = words[1]
             for number in [number for number, topic in topics.items() if wants(*topic)]:
-                yield from _topic(base, number, topics[number], file)
+                topic = topics[number]
+                query = (
+                    "SELECT timestamp, length(data), CASE WHEN length(data) <= ? THEN data END "
+                    "FROM messages WHERE topic_id = ?"
+                )
+                for stamp, size, data in base.execute(query, (_MOST_MESSAGE, number)):
+                    if not isinstance(stamp, int) or not isinstance(data, bytes):
+                        raise LogError(
+                            f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp; "
+                            f"the limit is {_MOST_MESSAGE:,} bytes."
+                        )
+                    yield Message(*topic, stamp, data)
     except (sqlite3.Error, UnicodeDecodeError, OverflowError) as error:
         raise LogError(
             f"'{file}' is not a valid rosbag2 file ({error}).\nCopy it again, or: ros2 bag reindex"
@@ -131,22 +142,6 @@ def _check_tables(base: sqlite3.Connection, file: Path) -> None:
             raise LogError(
                 f"'{file}': the table '{table}' lacks {', '.join(sorted(wanted - plain))}."
             )
-
-
-def _topic(
-    base: sqlite3.Connection, number: int, topic: tuple[str, str, str], file: Path
-) -> Iterator[Message]:
-    query = (
-        "SELECT timestamp, length(data), CASE WHEN length(data) <= ? THEN data END "
-        "FROM messages WHERE topic_id = ?"
-    )
-    for stamp, size, data in base.execute(query, (_MOST_MESSAGE, number)):
-        if not isinstance(stamp, int) or not isinstance(data, bytes):
-            raise LogError(
-                f"'{file}': a message of '{topic[0]}' has {size} bytes or no stamp; the limit is "
-                f"{_MOST_MESSAGE:,} bytes."
-            )
-        yield Message(*topic, stamp, data)
 
 
 MAGIC = b"#ROSBAG V2.0\n"

@@ -126,22 +126,18 @@ class SensorModem(PlacedSensor):
             reading = None if speed is None else self._read(felt, first, speed)
             del under_way[0]
         if due:
-            under_way += self._sent(felt, rng)
+            if self.target:
+                refuse_unlisted(
+                    self.target,
+                    felt.others,
+                    f"modem needs the target '{self.target}', which is not in the scene",
+                    label="Robots and objects",
+                )
+            place = np.array(felt.others[self.target] if self.target else self.place, dtype=float)
+            # as many draws whatever becomes of it
+            lost, noise = rng.random() < self.loss, rng.standard_normal(3)
+            under_way += [] if lost else [Message(felt.time, place, place + self.error * noise)]
         return reading, tuple(under_way)
-
-    def _sent(self, felt: SensorInput, rng: np.random.Generator) -> list[Message]:
-        """Return the message that leaves the sender now; none where it gets lost."""
-        if self.target:
-            refuse_unlisted(
-                self.target,
-                felt.others,
-                f"modem needs the target '{self.target}', which is not in the scene",
-                label="Robots and objects",
-            )
-        place = np.array(felt.others[self.target] if self.target else self.place, dtype=float)
-        # as many draws whatever becomes of it
-        lost, noise = rng.random() < self.loss, rng.standard_normal(3)
-        return [] if lost else [Message(felt.time, place, place + self.error * noise)]
 
     def _read(self, felt: SensorInput, message: Message, speed: float) -> dict[str, Floats]:
         """Return the reading of a message that arrived in the last step.
@@ -156,15 +152,11 @@ class SensorModem(PlacedSensor):
         found = {"modem_position": message.content, "modem_delay": np.array([delay])}
         if self.multipath:
             reflection = (self.surface_reflection, self.bottom_reflection)
-            levels = self._levels(felt, message.place)
+            middle = 0.5 * (felt.position + message.place)
+            surface = float(felt.around.surface(felt.time, middle[None])[0])
+            below = felt.around.ground_ahead(middle, np.array([[0.0, 0.0, -1.0]]))
+            levels = surface, float(middle[2] - below[0])
             lengths, strength = mirrored(message.place, felt.position, reflection, levels)
             found["modem_echo_delay"] = (lengths - direct) / speed
             found["modem_echo_level"] = strength
         return found
-
-    def _levels(self, felt: SensorInput, place: Floats) -> tuple[float, float]:
-        """Heights of surface and bottom half-way [m]; the bottom is minus infinity for none."""
-        middle = 0.5 * (felt.position + place)
-        surface = float(felt.around.surface(felt.time, middle[None])[0])
-        below = felt.around.ground_ahead(middle, np.array([[0.0, 0.0, -1.0]]))
-        return surface, float(middle[2] - below[0])

@@ -206,7 +206,10 @@ def _guessed(residual: Residual) -> list[dict[str, float]]:
     longest = max(float(np.ptp(part.time)) for part in logs)
     directions = np.arange(0.0, 2.0 * np.pi, np.pi / 8.0)
     found = []
-    for period in _periods(longest):
+    out = [_SHORTEST]
+    while out[-1] < _LONGEST:
+        out.append(out[-1] * (1.0 + min(max(0.25 * out[-1] / longest, _FINEST), 0.04)))
+    for period in out:
         fits = [part.fit(period, directions) for part in logs]
         left = np.sum([f[0] for f in fits], axis=0)
         for k in np.argsort(left)[:_KEEP]:
@@ -217,14 +220,6 @@ def _guessed(residual: Residual) -> list[dict[str, float]]:
         if all(_apart(one, other) for other in kept) and len(kept) < _KEEP:
             kept.append(one)
     return [_values(period, direction, waves) for _, period, direction, waves in kept]
-
-
-def _periods(longest: float) -> list[float]:
-    """Periods so close that the phase drifts by less than a quarter turn over a log."""
-    out = [_SHORTEST]
-    while out[-1] < _LONGEST:
-        out.append(out[-1] * (1.0 + min(max(0.25 * out[-1] / longest, _FINEST), 0.04)))
-    return out
 
 
 def _apart(one: Any, other: Any) -> bool:

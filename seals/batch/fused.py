@@ -57,7 +57,9 @@ class FusedBody(RigidBody):
         super().__init__(robot, evaluator, bodies, environment, None)
         self._inertia = as_like(np.asarray(whole)[None], bodies.mass)
         if change is not None:
-            for k, part in enumerate(_split(change, self.links)):
+            each = change.shape[0] // self.links
+            for k in range(self.links):
+                part = change[k * each : (k + 1) * each]
                 x = as_like(self.maps[k], bodies.mass)
                 self._inertia = self._inertia + namespace(part).matmul(x.T, part) @ x
         self._used = set(pattern(self._inertia))
@@ -151,9 +153,3 @@ class FusedBody(RigidBody):
 def _rows(x: Array, rows: slice) -> Array:
     """Rows of one link; one row applies to all."""
     return x if x.shape[0] == 1 else x[rows]
-
-
-def _split(change: Array, links: int) -> list[Array]:
-    """Split rows ordered link by link into one array per link."""
-    each = change.shape[0] // links
-    return [change[k * each : (k + 1) * each] for k in range(links)]

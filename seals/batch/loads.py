@@ -170,10 +170,16 @@ class BatchLoads:
         found = self._evaluator.evaluate(motion, joints, inputs, memory)
         force, torque = self._wrenches(motion, found)
         wet = found.sample.submersion + motion.velocity[:, 0:1] * 0.0
+        # added inertia of every link that has any
+        out: dict[int, Array] = {}
+        for b, _, added, _ in found.inertias:
+            for j, link in enumerate(b.links):
+                matrix = self._of(added.weight, j)[:, :, None] * self._of(added.matrix, j)
+                out[link] = out[link] + matrix if link in out else matrix
         return Loads(
             by_batch(rotate(rotation, force), links),
             by_batch(rotate(rotation, torque), links),
-            self._added(found),
+            out,
             found.joint_force(inputs.joint_torque),
             found.joint_drive,
             found.resistance,
@@ -193,15 +199,6 @@ class BatchLoads:
             for whole, part in zip(total, terms, strict=True):
                 _add(whole, rows, -part)
         return total[0], total[1]
-
-    def _added(self, found: Evaluation) -> dict[int, Array]:
-        """Added inertia of every link that has any."""
-        out: dict[int, Array] = {}
-        for b, _, added, _ in found.inertias:
-            for j, link in enumerate(b.links):
-                matrix = self._of(added.weight, j)[:, :, None] * self._of(added.matrix, j)
-                out[link] = out[link] + matrix if link in out else matrix
-        return out
 
     def _of(self, values: Array, j: int) -> Array:
         """Rows of one link of an effect; rows of one robot stand for all."""

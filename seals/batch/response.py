@@ -128,7 +128,15 @@ class Response:
         motion = posture.motion._replace(body=body.bodies)
         memory, known = self.twin.memory, self._found
         found = self.twin.evaluator.evaluate(motion, self._joints, inputs, memory, posture.sample)
-        if _differ(found, known):
+        # two evaluations at one state differ where the loads on the links do
+        kinds = ((found.loads, known.loads), (found.inertias, known.inertias))
+        pairs = [
+            pair
+            for kind in kinds
+            for entries in zip(*kind, strict=True)
+            for pair in zip(*(entry[2] for entry in entries), strict=True)
+        ]
+        if any(a is not b and not np.array_equal(a, b) for a, b in pairs):
             return self.twin.rates(state, self._time, inputs, posture)
         still = np.zeros_like(self._joints.velocity)
         change = found.joint_force(still + inputs.joint_torque)
@@ -240,15 +248,3 @@ def _touched(rows: Any, batch: int, links: int) -> tuple[int, int]:
     if isinstance(rows, slice):
         return rows.start // batch, -(-rows.stop // batch)
     return int(rows.min()) // batch, int(rows.max()) // batch + 1
-
-
-def _differ(one: Evaluation, other: Evaluation) -> bool:
-    """Return true if two evaluations at one state differ in the loads on the links."""
-    kinds = ((one.loads, other.loads), (one.inertias, other.inertias))
-    pairs = [
-        pair
-        for kind in kinds
-        for entries in zip(*kind, strict=True)
-        for pair in zip(*(entry[2] for entry in entries), strict=True)
-    ]
-    return any(a is not b and not np.array_equal(a, b) for a, b in pairs)

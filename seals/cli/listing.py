@@ -64,7 +64,14 @@ def list_installed(arguments: list[str]) -> int:
 
 def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
     """Plug-ins of a kind, and recipes: files of values for one of them, or for several."""
-    found = _recipe_rows(recipes)
+    found: list[tuple[str, str]] = []
+    for path in recipes:
+        words = [
+            line.lstrip("# ")
+            for line in path.read_text(encoding="utf-8").splitlines()[:3]
+            if line.startswith("#") and "@package" not in line
+        ]
+        found.append((path.stem, words[0] if words else ""))
     if kind not in registry.GROUPS:
         return [*found]
     rows: list[tuple[str, ...]] = []
@@ -76,18 +83,6 @@ def _rows(kind: str, recipes: list[Path]) -> list[tuple[str, ...]]:
             summary = "broken: " + str(broken).partition("cannot be used: ")[2].partition("\n")[0]
         rows.append((name, plugin.origin, summary))
     return [*rows, *((name, "recipe", words) for name, words in found)]
-
-
-def _recipe_rows(paths: list[Path]) -> list[tuple[str, str]]:
-    rows: list[tuple[str, str]] = []
-    for path in paths:
-        words = [
-            line.lstrip("# ")
-            for line in path.read_text(encoding="utf-8").splitlines()[:3]
-            if line.startswith("#") and "@package" not in line
-        ]
-        rows.append((path.stem, words[0] if words else ""))
-    return rows
 
 
 def singular(word: str) -> str:

@@ -164,20 +164,16 @@ def _variant_table(group: Group) -> Table:
     )
 
 
-def _best_variant(group: Group) -> ModelVariant:
-    """Return the variant with the smallest error on held-out cases, or on all without any."""
+def case_charts(group: Group, k: int) -> list[Chart]:
+    """Return overlay and residual of every measured component of one case."""
+    # smallest error on held-out cases, or on all without any
     held = any(c.held_out for c in group.cases)
 
     def size(variant: ModelVariant) -> float:
         scores = [s.total for s in variant.scores if s.held_out or not held]
         return sum(scores) / len(scores)
 
-    return min(group.variants, key=size)
-
-
-def case_charts(group: Group, k: int) -> list[Chart]:
-    """Return overlay and residual of every measured component of one case."""
-    case, first, best = group.cases[k], group.variants[0], _best_variant(group)
+    case, first, best = group.cases[k], group.variants[0], min(group.variants, key=size)
     out = []
     shown = (best,) if best is first else (first, best)
     for channel in case.measured:

@@ -87,7 +87,11 @@ def hull_from_mesh(
     name, vertices, faces = _read(source)
     vertices = _checked(name, vertices, faces, scale, any_size)
     corners = placed_points(vertices, position, rpy)[faces]
-    welded = _weld(vertices, faces)
+    # corners at the same position are one point
+    grid = WELD * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
+    rounded = np.round((vertices - vertices.min(axis=0)) / grid).astype(np.int64)
+    _, number = np.unique(rounded, axis=0, return_inverse=True)
+    welded = np.asarray(number.reshape(-1)[faces], dtype=np.int64)
     notes: list[MeshNote] = []
     fault = _fault(welded)
     volume = float(
@@ -180,14 +184,6 @@ def _checked(name: str, vertices: Vector, faces: Numbers, scale: float, any_size
             f"Another unit? Give scale={scale * factor:g}, or any_size=True if it is right."
         )
     return scaled
-
-
-def _weld(vertices: Vector, faces: Numbers) -> Numbers:
-    """Merge corners at the same position: return faces by point instead of vertex."""
-    grid = WELD * max(float(np.ptp(vertices, axis=0).max()), 1e-300)
-    rounded = np.round((vertices - vertices.min(axis=0)) / grid).astype(np.int64)
-    _, number = np.unique(rounded, axis=0, return_inverse=True)
-    return np.asarray(number.reshape(-1)[faces], dtype=np.int64)
 
 
 def _fault(faces: Numbers) -> str | None:

@@ -111,7 +111,8 @@ def with_axes(log: Log, axes: AxesSettings) -> tuple[Log, list[str]]:
         log = _turned(log, ["gps_position", "gps_velocity", "aim_velocity"], world)
         said.append(f"world axes {axes.world} became east, north, up")
     place = permutation(axes.position, where="axes.position") if axes.position else world
-    log = _turned(log, ["position"], _about_z(-axes.heading) @ place)
+    c, s = np.cos(-axes.heading), np.sin(-axes.heading)
+    log = _turned(log, ["position"], np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ place)
     if axes.position:
         said.append(f"position x, y, z are its columns {', '.join(axes.position)}")
     if axes.heading:
@@ -133,11 +134,6 @@ def _named(name: str, known: dict[str, tuple[str, str, str]], where: str) -> tup
 def _one_of(name: str, known: Sequence[str], where: str) -> str:
     refuse_unlisted(name, known, f"{where}={name} is not allowed", error=LogError)
     return name
-
-
-def _about_z(angle: float) -> Floats:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _turned(log: Log, stems: Sequence[str], turn: Floats) -> Log:

@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seals.arrays import Floats
 from seals.logs.accelerations import even, second_derivative, world_acceleration
@@ -71,16 +70,13 @@ def _norms(log: Log) -> list[Finding]:
     ]
 
 
-def _multiply(p: Floats, q: Floats) -> Floats:
-    """Hamilton product of quaternions w, x, y, z, shape (N, 4)."""
-    vector = p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])
-    scalar = p[:, 0] * q[:, 0] - np.sum(p[:, 1:] * q[:, 1:], axis=1)
-    return np.column_stack([scalar, vector])
-
-
 def _mean_rates(early: Floats, late: Floats, span: Floats) -> Floats:
     """Mean body rate between two attitudes w, x, y, z, shape (N, 3) [rad/s]."""
-    turn = _multiply(early * np.array([1.0, -1.0, -1.0, -1.0]), late)
+    # Hamilton product with the conjugate: the turn between two attitudes
+    p = early * np.array([1.0, -1.0, -1.0, -1.0])
+    vector = p[:, :1] * late[:, 1:] + late[:, :1] * p[:, 1:] + np.cross(p[:, 1:], late[:, 1:])
+    scalar = p[:, 0] * late[:, 0] - np.sum(p[:, 1:] * late[:, 1:], axis=1)
+    turn = np.column_stack([scalar, vector])
     turn *= np.where(turn[:, :1] < 0.0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, turn[:, :1])
@@ -318,18 +314,14 @@ def check_motion(log: Log) -> list[Finding]:
         moved = second_derivative(place)
         felt = world_acceleration(attitude, force)
         if _size(moved[rows.there]) > _LEAST:
-            shift = _shift(moved, felt, rows.there)
+            # delay from magnitudes, which do not depend on axes
+            sizes = (np.linalg.norm(moved, axis=1)[:, None], np.linalg.norm(felt, axis=1)[:, None])
+            late, likeness = delay_between(*sizes, rows.there)
+            shift = round(late / 0.01) if likeness > _UNSURE else 0
             there = rows.there & np.roll(rows.there, shift)
             a, b = _centred(np.roll(moved, shift, axis=0)[there]), _centred(felt[there])
             found = _axes(a, b) or _attitude(a, attitude[there], force[there], b)
     return found if found else _clocks(log)
-
-
-def _shift(moved: Floats, felt: Floats, there: NDArray[np.bool_]) -> int:
-    """Delay of the accelerometer in rows, from magnitudes, which do not depend on axes."""
-    sizes = (np.linalg.norm(moved, axis=1)[:, None], np.linalg.norm(felt, axis=1)[:, None])
-    late, likeness = delay_between(*sizes, there)
-    return round(late / 0.01) if likeness > _UNSURE else 0
 
 
 def _centred(values: Floats) -> Floats:
@@ -367,7 +359,12 @@ def _axes(moved: Floats, felt: Floats) -> list[Finding]:
     if best < _SURE or not likely:
         return _heading(moved, felt)
     # where the motion leaves a choice: few changes of the columns, and a right-handed world
-    likely.sort(key=lambda axes: (_changes(axes), _left(axes)))
+    likely.sort(
+        key=lambda axes: (
+            sum(axis != own for axis, own in zip(axes, "xyz", strict=True)),
+            _left(axes),
+        )
+    )
     first = likely[0]
     left = all(_left(axes) for axes in likely)
     more = " or ".join(f"[{','.join(axes)}]" for axes in likely[1:3])
@@ -383,10 +380,6 @@ def _axes(moved: Floats, felt: Floats) -> list[Finding]:
 
 def _each(moved: Floats, felt: Floats, axes: Sequence[int]) -> list[float]:
     return [_likeness(moved[:, k], felt[:, k]) for k in axes]
-
-
-def _changes(axes: Sequence[str]) -> int:
-    return sum(axis != own for axis, own in zip(axes, "xyz", strict=True))
 
 
 def _left(axes: Sequence[str]) -> bool:

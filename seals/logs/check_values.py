@@ -161,7 +161,12 @@ def check_filled(log: Log) -> list[Finding]:
         return []
     straight = np.ones(log.rows, dtype=bool)
     for values in columns:
-        straight &= _straight(values)
+        # rows with the second difference of a straight line, as rounded in the file
+        quantum = _quantum(values)
+        bend = np.abs(np.diff(values, 2))
+        flat = np.zeros(values.size, dtype=bool)
+        flat[1:-1] = bend <= _ROUNDED * quantum
+        straight &= flat
     # the same value throughout is a frozen sensor: another check's business
     runs = [run for run in true_spans(straight) if _seconds(log, run) >= _SHORTEST]
     runs = [part for run in runs for part in _drawn(log, columns, run)]
@@ -224,15 +229,6 @@ def _quantum(values: Floats) -> float:
     steps = np.abs(np.diff(values))
     moving = steps[np.isfinite(steps) & (steps > 1e-9 * np.nanmax(np.abs(values), initial=1e-12))]
     return float(np.min(moving)) if moving.size else 0.0
-
-
-def _straight(values: Floats) -> NDArray[np.bool_]:
-    """Mask of rows with the second difference of a straight line, as rounded in the file."""
-    quantum = _quantum(values)
-    bend = np.abs(np.diff(values, 2))
-    flat = np.zeros(values.size, dtype=bool)
-    flat[1:-1] = bend <= _ROUNDED * quantum
-    return flat
 
 
 _MOSTLY = 0.5

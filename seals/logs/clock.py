@@ -73,15 +73,6 @@ def remark(clock: Mapping[str, Any]) -> str:
     )
 
 
-def _usual_step(time: Floats, segment: NDArray[Any]) -> float:
-    """Return the median of the steps forward in time, within runs; NaN without any."""
-    steps = np.diff(time)
-    if segment.size == time.size:
-        steps = steps[np.diff(segment) == 0]
-    rising = steps[np.isfinite(steps) & (steps > 0.0)]
-    return float(np.median(rising)) if rising.size else float("nan")
-
-
 def guessed(step: float) -> str:
     """Return the units that would explain a typical step too long for seconds.
 
@@ -96,7 +87,12 @@ def guessed(step: float) -> str:
 
 
 def _unit(time: Floats, segment: NDArray[Any], named: str, channels: Iterable[str]) -> str:
-    step = _usual_step(time, segment)
+    # median of the steps forward in time, within runs
+    steps = np.diff(time)
+    if segment.size == time.size:
+        steps = steps[np.diff(segment) == 0]
+    rising = steps[np.isfinite(steps) & (steps > 0.0)]
+    step = float(np.median(rising)) if rising.size else float("nan")
     if not step > 2.0:
         return ""
     stamp = float(np.nanmedian(time[np.isfinite(time)]))

@@ -146,12 +146,22 @@ def locate(
     Raises:
         LogError: the file is neither offline nor reachable, or its checksum is wrong.
     """
-    _show_licence(dataset, show)
+    if dataset.folder not in _SHOWN:
+        _SHOWN.add(dataset.folder)
+        note = f" {dataset.note}" if dataset.note else ""
+        show(f"data set {dataset.folder}: {dataset.licence}. {dataset.attribution}{note}")
     root = os.environ.get(OFFLINE, "")
     offline = Path(root) / dataset.folder / file.name
     if root and offline.exists():
         wanted = file.offline_sha256 or (file.sha256 if not file.offline else None)
-        _verify(regular_file(offline), wanted)
+        path = regular_file(offline)
+        if wanted is not None:
+            found = hashlib.sha256(path.read_bytes()).hexdigest()
+            if found != wanted:
+                raise LogError(
+                    f"'{path}' has the checksum {found[:16]}..., expected {wanted[:16]}...\n"
+                    "The file is damaged or of another version: remove it and fetch it again."
+                )
         return offline
     return _fetch(dataset, file, root)
 
@@ -190,25 +200,6 @@ def paths_of(
     if not path.exists() and path.name == str(source):
         return [locate(dataset, dataset.find(path.name), show=show)]
     return [regular_file(path)]
-
-
-def _show_licence(dataset: Dataset, show: Callable[[str], None]) -> None:
-    if dataset.folder in _SHOWN:
-        return
-    _SHOWN.add(dataset.folder)
-    note = f" {dataset.note}" if dataset.note else ""
-    show(f"data set {dataset.folder}: {dataset.licence}. {dataset.attribution}{note}")
-
-
-def _verify(path: Path, sha256: str | None) -> None:
-    if sha256 is None:
-        return
-    found = hashlib.sha256(path.read_bytes()).hexdigest()
-    if found != sha256:
-        raise LogError(
-            f"'{path}' has the checksum {found[:16]}..., expected {sha256[:16]}...\n"
-            "The file is damaged or of another version: remove it and fetch it again."
-        )
 
 
 def _fetch(dataset: Dataset, file: DataFile, root: str) -> Path:

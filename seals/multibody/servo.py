@@ -91,7 +91,12 @@ def heavier(matrix: Array, armature: Array) -> Array:
         # every (n + 1)-th entry from the first joint on: the lower part of the diagonal
         out.ravel()[(size - joints) * (size + 1) :: size + 1] += armature[0]
         return out
-    return matrix + _on_joints(armature, size)
+    # the joints are the last coordinates of the diagonal
+    xp = namespace(armature)
+    place = {"dtype": armature.dtype, "device": armature.device}
+    lead = xp.zeros((armature.shape[0], size - armature.shape[1]), **place)
+    diagonal = xp.concat((lead, armature), axis=1)
+    return matrix + diagonal[:, :, None] * xp.eye(size, **place)[None]
 
 
 def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
@@ -106,12 +111,3 @@ def _solve(matrix: Array, right: Array, force: Array, gain: Array) -> Array:
         return solved(heavier(matrix, gain)[0], both)[None]
     both = xp.concat((right[:, :lead], right[:, lead:] + force), axis=1)
     return xp.linalg.solve(heavier(matrix, gain), both[:, :, None])[:, :, 0]
-
-
-def _on_joints(values: Array, size: int) -> Array:
-    """Values of the joints (B, J) as diagonal matrices over all coordinates, (B, size, size)."""
-    xp = namespace(values)
-    place = {"dtype": values.dtype, "device": values.device}
-    lead = xp.zeros((values.shape[0], size - values.shape[1]), **place)
-    diagonal = xp.concat((lead, values), axis=1)
-    return diagonal[:, :, None] * xp.eye(size, **place)[None]

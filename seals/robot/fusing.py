@@ -8,7 +8,6 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
-from seals.hydrostatics import Hull
 from seals.hydrostatics.fused import HullFused, Part
 from seals.multibody.tree import Tree, poses_in_base
 from seals.robot.model import RobotModel
@@ -127,12 +126,7 @@ class _Group:
             arm = p + r @ robot.centre[k] - self.centre
             steiner = robot.mass[k] * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
             self.inertia += r @ robot.inertia[k] @ r.T + steiner
-        self.hull = self._hull(robot)
-
-    def _hull(self, robot: RobotModel) -> Hull | None:
         hulls = [(k, robot.hulls[k], place) for k, place in self._places.items()]
         parts = [Part(hull, *place) for _, hull, place in hulls if hull is not None]
         own = [hull for k, hull, _ in hulls if hull is not None and k == next(iter(self._places))]
-        if len(parts) == 1 and own:
-            return own[0]
-        return HullFused(parts) if parts else None
+        self.hull = own[0] if len(parts) == 1 and own else HullFused(parts) if parts else None

@@ -199,21 +199,19 @@ def build_twin(
         like=like,
         values=values,
     )
-    return twin, _twin_state(twin, initial_configuration(settings, robot))
-
-
-def _twin_state(twin: BatchDynamics, c: Configuration) -> TwinState:
-    """Return a configuration as a state of the batch dynamics, repeated over the batch."""
     from seals.frames import matrix_of
 
+    c = initial_configuration(settings, robot)
     turn = matrix_of(np.asarray(c.quaternion)[None])[0]
-    return twin.start(
-        position=c.position,
-        quaternion=c.quaternion,
-        velocity=c.velocity @ turn,
-        angular_velocity=c.angular_velocity @ turn,
-        joints=c.joints,
-        joint_velocity=c.joint_velocity,
+    return twin, (
+        twin.start(
+            position=c.position,
+            quaternion=c.quaternion,
+            velocity=c.velocity @ turn,
+            angular_velocity=c.angular_velocity @ turn,
+            joints=c.joints,
+            joint_velocity=c.joint_velocity,
+        )
     )
 
 

@@ -136,16 +136,14 @@ def _check(settings: RunSettings) -> None:
     checked_name(settings.name, key="name")
     for name, own in fleet_of(settings).items():
         with naming(key_of(name)):
-            _check_one(own)
-
-
-def _check_one(settings: RunSettings) -> None:
-    """Refuse hidden effects that a robot does not have, and a guide that nobody follows."""
-    acting = settings.effects.items()
-    stated = [{"instance": name, "name": plugin_name("effect", type(e))} for name, e in acting]
-    hide(settings.hide, stated, settings.wave)
-    if settings.guide is not None and settings.controller is None:
-        raise ConfigError(
-            "guide is given without a controller that follows it.\nChoose one: controller=NAME.  "
-            f"{suggestion('', names('controller'), label='Installed')}"
-        )
+            acting = own.effects.items()
+            stated = [
+                {"instance": name, "name": plugin_name("effect", type(e))} for name, e in acting
+            ]
+            hide(own.hide, stated, own.wave)
+            if own.guide is not None and own.controller is None:
+                raise ConfigError(
+                    "guide is given without a controller that follows it.\n"
+                    "Choose one: controller=NAME.  "
+                    f"{suggestion('', names('controller'), label='Installed')}"
+                )

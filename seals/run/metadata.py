@@ -65,6 +65,10 @@ def describe_run(
     environment = _environment(settings)
     hidden, more = hide(settings.hide, effects, environment.get("wave"))
     effects = [entry for entry in effects if entry["instance"] not in hidden]
+    step = settings.time.step
+    early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
+    late = "s, an accelerometer reads the mean over a step"
+    commands = {"command_delay": {"sigma": 5e-4, "meaning": early}} if layout is not None else {}
     return {
         ROBOT: _describe_robot(settings, hidden),
         "environment": environment | more,
@@ -73,7 +77,7 @@ def describe_run(
             *([] if layout is None else held(settings.actuators, robot, layout)),
         ],
         "sensors": _sensors(settings, robot, sources),
-        "tolerance": _tolerance(settings, driven=layout is not None),
+        "tolerance": {**commands, "sensor_delay": {"sigma": 0.5 * step, "meaning": late}},
         "known_exactly": [channel for channel, sensor in sources.items() if not sensor],
         "initial_state": [{"segment": 0, **initial, "sigma": {}}],
         "simulated": {"seed": settings.seed, "step": settings.time.step, "run": settings.name},
@@ -192,15 +196,6 @@ def _noise(sensor: Any, channel: str) -> dict[str, float]:
     late = float(options_of(sensor, SensorOptions).latency)
     out = {"sigma": sigma} if sigma else {}
     return {**out, "latency": late} if late else out
-
-
-def _tolerance(settings: RunSettings, *, driven: bool) -> dict[str, Any]:
-    """Resolution limit of logged channels due to the time step."""
-    step = settings.time.step
-    early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
-    late = "s, an accelerometer reads the mean over a step"
-    commands = {"command_delay": {"sigma": 5e-4, "meaning": early}} if driven else {}
-    return {**commands, "sensor_delay": {"sigma": 0.5 * step, "meaning": late}}
 
 
 def _sensors(

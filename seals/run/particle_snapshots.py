@@ -58,11 +58,6 @@ def passed(now: float, step: float, every: float) -> bool:
     return math.floor((now + 1e-9) / every) != math.floor((now - step + 1e-9) / every)
 
 
-def _file_of(folder: Path, time: float) -> Path:
-    """Return the path of a time in a folder without its suffix, such as ``t_000.0500``."""
-    return folder / f"t_{time:08.4f}"
-
-
 def copy_own(file: Path, target: Path) -> None:
     """Copy a file of a run folder that may be a stranger's.
 
@@ -125,7 +120,7 @@ class InstantFiles(Recorder):
         if self._folder is None or world.fluid is None:
             return
         if passed(world.time, world.step_size, self._every):
-            self.write(_file_of(self._folder, world.time), world.fluid)
+            self.write(self._folder / f"t_{world.time:08.4f}", world.fluid)
 
     @abstractmethod
     def write(self, path: Path, fluid: Fluid) -> None:

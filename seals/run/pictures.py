@@ -11,7 +11,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.errors import ConfigError
 from seals.logs.atomic import write_bytes, write_json, write_table
-from seals.rendering.camera_view import CameraView, Recorded
+from seals.rendering.camera_view import CameraView
 from seals.run.particle_snapshots import copy_own
 from seals.run.recorder import Moment, Recorder, refill
 from seals.world import Actor, World
@@ -56,7 +56,14 @@ class Pictures(Recorder):
                 for ending, content in shot.files().items():
                     place = self.folder / FOLDER / name / f"{shot.number:06d}{ending}"
                     write_bytes(place, content)
-                self.rows[name].append(_row(shot))
+                row = {"number": float(shot.number), "t": shot.time}
+                row |= {
+                    f"position_{a}": float(v) for a, v in zip("xyz", shot.position, strict=True)
+                }
+                flat = shot.axes.ravel().tolist()
+                self.rows[name].append(
+                    row | {f"axes_{i}{j}": flat[3 * i + j] for i in range(3) for j in range(3)}
+                )
 
     def snapshot(self) -> dict[str, dict[str, Floats]]:
         """Return the index of every camera, column by column."""
@@ -122,11 +129,3 @@ class Pictures(Recorder):
                 (folder / FOLDER / name).mkdir(parents=True, exist_ok=True)
                 for file in found:
                     copy_own(file, folder / FOLDER / name / file.name)
-
-
-def _row(shot: Recorded) -> dict[str, float]:
-    """Number, time, place [m] and optical axes (row by row) of a picture."""
-    row = {"number": float(shot.number), "t": shot.time}
-    row |= {f"position_{a}": float(v) for a, v in zip("xyz", shot.position, strict=True)}
-    flat = shot.axes.ravel().tolist()
-    return row | {f"axes_{i}{j}": flat[3 * i + j] for i in range(3) for j in range(3)}

@@ -65,15 +65,12 @@ class _Lines:
         if done % _EVERY and now - self._looked < QUIET_SECONDS:
             return
         self._looked = now
-        self._say(done, done - self._first, now)
-
-    def _say(self, done: int, fresh: int, now: float) -> None:
-        if now - self._told < LINE_SECONDS or fresh <= 0 or done >= self.total:
-            return
-        self._told = now
-        left = (now - self._start) * (self.total - done) / fresh
-        words = f"{self.label}: {done / self.total:.0%}, {spoken(left)} left  {self.note()}"
-        print(words.rstrip(), file=sys.stderr, flush=True)
+        fresh = done - self._first
+        if now - self._told >= LINE_SECONDS and fresh > 0 and done < self.total:
+            self._told = now
+            left = (now - self._start) * (self.total - done) / fresh
+            words = f"{self.label}: {done / self.total:.0%}, {spoken(left)} left  {self.note()}"
+            print(words.rstrip(), file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Do nothing: printed lines stay."""

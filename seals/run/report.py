@@ -54,14 +54,42 @@ def write_report(
         run: folder of the run.
     """
     aims = goal_blocks(record)
+    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
+    given = shlex.join(facts["overrides"])
+    blocks: list[Block] = []
+    if record.ending is Ending.failed:
+        blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
+    elif record.ending is Ending.interrupted:
+        blocks.append(
+            Paragraph(
+                text="The run was interrupted; the report covers the part before.", tone="warn"
+            )
+        )
     sections = [
-        Section(title="Summary", blocks=_overview(record, settings)),
+        Section(
+            title="Summary",
+            blocks=[
+                *blocks,
+                Facts(values=_key_figures(record, settings)),
+                *_clipped(record, settings),
+            ],
+        ),
         *([Section(title="Wanted and achieved", blocks=aims)] if aims else []),
         Section(title="Motion", blocks=[*views.motion, *views.joints]),
         _load_section(record, views, settings),
         Section(title="Inertial sensor", blocks=list(views.imu)),
         Section(title="Configuration", blocks=_settings(record, settings), wide=True),
-        Section(title="Repeat the run", blocks=_again(run, facts), wide=True),
+        Section(
+            title="Repeat the run",
+            blocks=[
+                Code(text=f"seals run {typed('repeat', str(run))}\n# was: seals run {given}"),
+                Table(head=("file", "what it holds"), rows=list(_FILES)),
+                Paragraph(
+                    text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."
+                ),
+            ],
+            wide=True,
+        ),
     ]
     subtitle = (
         f"{settings.robot.name}: {settings.robot.summary}"
@@ -90,19 +118,6 @@ def write_plots(folder: Path, views: Views) -> list[Path]:
         for name, charts in subjects.items()
         if charts
     ]
-
-
-def _overview(record: Record, settings: RunSettings) -> list[Block]:
-    blocks: list[Block] = []
-    if record.ending is Ending.failed:
-        blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
-    elif record.ending is Ending.interrupted:
-        blocks.append(
-            Paragraph(
-                text="The run was interrupted; the report covers the part before.", tone="warn"
-            )
-        )
-    return [*blocks, Facts(values=_key_figures(record, settings)), *_clipped(record, settings)]
 
 
 def _clipped(record: Record, settings: RunSettings) -> list[Block]:
@@ -215,13 +230,3 @@ def _values(plugin: Any) -> str:
         value = f"({shown})" if len(numbers) > 1 else shown
         words.append(f"{stem} {value} {unit_text(meta.unit)}".strip())
     return "; ".join(words) or "-"
-
-
-def _again(folder: Path, facts: dict[str, Any]) -> list[Block]:
-    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
-    given = shlex.join(facts["overrides"])
-    return [
-        Code(text=f"seals run {typed('repeat', str(folder))}\n# was: seals run {given}"),
-        Table(head=("file", "what it holds"), rows=list(_FILES)),
-        Paragraph(text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."),
-    ]

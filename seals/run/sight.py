@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.environment.ground import solids_of
-from seals.environment.waves import Waves
 from seals.errors import ConfigError, suggestion
 from seals.fluid import SeaOfFluid
 from seals.plugin_options import options_of
@@ -95,7 +93,11 @@ def surface_of(settings: RunSettings) -> Surface | None:
     if settings.fluid is not None:
         surface = SurfaceWaves(SeaOfFluid(settings.fluid), level=level, reach=FLUID)
     elif settings.wave is not None:
-        elevation, normal = _sample(settings.wave, level)
+        # elevation and normal at scattered points and times
+        rng = np.random.default_rng(0)
+        points = np.column_stack([rng.uniform(-50.0, 50.0, (1024, 2)), np.full(1024, level)])
+        sea = settings.wave.at(points, rng.uniform(0.0, 100.0, (1024, 1)), level)
+        elevation, normal = np.asarray(sea.elevation, dtype=float), sea.normal
         if normal is not None:
             # still water has no normal
             reach = MARGIN * float(np.abs(elevation).max())
@@ -105,11 +107,3 @@ def surface_of(settings: RunSettings) -> Surface | None:
         short = ripples(wind=wind, seed=settings.seed, components=RIPPLES, level=level)
         return SurfaceSum(surface, short)
     return surface
-
-
-def _sample(waves: Waves, level: float) -> tuple[Floats, Any]:
-    """Elevation and normal at scattered points and times."""
-    rng = np.random.default_rng(0)
-    points = np.column_stack([rng.uniform(-50.0, 50.0, (1024, 2)), np.full(1024, level)])
-    sea = waves.at(points, rng.uniform(0.0, 100.0, (1024, 1)), level)
-    return np.asarray(sea.elevation, dtype=float), sea.normal

@@ -150,11 +150,6 @@ def unexplained_force(force: Floats, velocity: Floats, thrust: Floats) -> Floats
     return left
 
 
-def _inertia_of(vehicle: Mapping[str, Any]) -> Floats:
-    """Return the moments of inertia about x and y, shape (2,)."""
-    return np.asarray(np.diag(np.asarray(vehicle["inertia"], dtype=float))[:2])
-
-
 def _velocity_of(log: Log, step: float) -> Floats | None:
     """Return the velocity in body axes from the pose of a log, shape (T, 3); None without one."""
     from seals.frames import matrix_of, normalised, rotate
@@ -272,9 +267,9 @@ def flight_facts(log: Log, vehicle: Mapping[str, Any]) -> FlightFacts:
         noise=noise,
         rate={stem: _rate(log, stem) for stem in held},
         gyroscope_bias=None if rate is None else Measured(rate, "mean rate at rest"),
-        accelerometer_bias=(
-            None if force is None else Measured(force, "size of specific force at rest")
-        ),
+        accelerometer_bias=None
+        if force is None
+        else Measured(force, "size of specific force at rest"),
         hover_ratio=hover,
         response=_response(log, vehicle),
         late=None if offset is None else Measured(offset.late, "gyroscope against attitude"),
@@ -402,7 +397,10 @@ def _torque(log: Log, vehicle: Mapping[str, Any]) -> _Disturbance | None:
     noise = _noise(log, "angular_velocity")
     velocity = _velocity_of(log, step)
     velocity = None if velocity is None else velocity[flying]
-    arms, inertia = _arms(vehicle)[:, :2], _inertia_of(vehicle)
+    arms, inertia = (
+        _arms(vehicle)[:, :2],
+        np.asarray(np.diag(np.asarray(vehicle["inertia"], dtype=float))[:2]),
+    )
     return disturbing_torque(
         thrust[flying], gyro[flying], step,
         inertia=inertia, arms=arms, noise=noise, velocity=velocity,

@@ -227,7 +227,10 @@ def _solve(matrix: Any, right: Any) -> Traced:
     out = np.empty(b.shape, dtype=object)
     for k in np.ndindex(b.shape[:-2]):
         own = m[k if len(m) > 1 else 0]
-        rows = [[None if _nothing(x) else _scalar(x) for x in row] for row in own]
+        rows = [
+            [None if (not isinstance(x, Node) and operator.eq(x, 0.0)) else _scalar(x) for x in row]
+            for row in own
+        ]
         for column in range(b.shape[-1]):
             place = (*k, slice(None), column)
             found = solve_symmetric(rows, [_scalar(x) for x in b[place]])
@@ -237,10 +240,6 @@ def _solve(matrix: Any, right: Any) -> Traced:
 
 def _scalar(entry: Any) -> Traced:
     return Traced(np.array(entry, dtype=object))
-
-
-def _nothing(entry: Any) -> bool:
-    return not isinstance(entry, Node) and operator.eq(entry, 0.0)
 
 
 linalg = SimpleNamespace(solve=_solve)

@@ -202,7 +202,17 @@ def _cut(memory: Floats, shapes: Sequence[tuple[int, ...]]) -> list[Floats]:
 
 
 def _machine_code(text: str, name: str) -> tuple[Any, int]:
-    llvm, machine = _target()
+    # a fresh machine, which an engine takes over
+    with optional_import(
+        "backend.compiled=true needs the package llvmlite",
+        "Install it: pip install llvmlite, or take backend.compiled=auto",
+    ):
+        from llvmlite import binding
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    target = binding.Target.from_default_triple()
+    # no features of this very processor: the same numbers on all of its kind
+    llvm, machine = binding, target.create_target_machine(opt=2, jit=True)
     key = hashlib.sha256(f"{llvm.llvm_version_info} {machine.triple} {text}".encode()).hexdigest()
     engine = _LOADED.get(key)
     if engine is not None:
@@ -220,17 +230,3 @@ def _machine_code(text: str, name: str) -> tuple[Any, int]:
     engine.finalize_object()
     _LOADED[key] = engine
     return engine, engine.get_function_address(name)
-
-
-def _target() -> tuple[Any, Any]:
-    """Return LLVM and a fresh machine: an engine takes it over."""
-    with optional_import(
-        "backend.compiled=true needs the package llvmlite",
-        "Install it: pip install llvmlite, or take backend.compiled=auto",
-    ):
-        from llvmlite import binding
-    binding.initialize_native_target()
-    binding.initialize_native_asmprinter()
-    target = binding.Target.from_default_triple()
-    # no features of this very processor: the same numbers on all of its kind
-    return binding, target.create_target_machine(opt=2, jit=True)

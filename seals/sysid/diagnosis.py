@@ -12,7 +12,7 @@ from seals.errors import LogError
 from seals.logs.log import Log
 from seals.sound_numbers import refuse_undefined, trials
 from seals.sysid.calibration.free_numbers import number_behind
-from seals.sysid.calibration.stated import StatedNumber, hull_of, stated_numbers
+from seals.sysid.calibration.stated import hull_of, stated_numbers
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.candidates.reported_values import deviation
 from seals.sysid.data.join import join_logs
@@ -205,7 +205,15 @@ class Diagnosis:
                 "sigma": moved.sigmas,
             }
             if number is not None and number.directions and value * fitted < 0.0:
-                entry |= _directions(number, in_folder=bool(vehicle.written))
+                in_folder = bool(vehicle.written)
+                drives, name = number.key.partition(".")[0], number.turned_by.rpartition(".")[2]
+                entry |= {
+                    "what": number.turned_by if in_folder else f"vehicle.{drives}.{name}",
+                    "file": "robot.yaml" if in_folder else "meta.yaml",
+                    "words": f"directions of {drives}",
+                    "by": parameter_words(number.key),
+                    "set": [-turn for turn in number.directions],
+                }
             out.append(entry)
         return out
 
@@ -344,35 +352,23 @@ def diagnose(
     )
 
 
-def _directions(number: StatedNumber, *, in_folder: bool) -> dict[str, Any]:
-    """Return what an entry of a wrong number says where its drives turn the other way.
-
-    Args:
-        number: that is found with the opposite sign.
-        in_folder: whether a robot's folder states it, in place of the log.
-    """
-    drives, name = number.key.partition(".")[0], number.turned_by.rpartition(".")[2]
-    return {
-        "what": number.turned_by if in_folder else f"vehicle.{drives}.{name}",
-        "file": "robot.yaml" if in_folder else "meta.yaml",
-        "words": f"directions of {drives}",
-        "by": parameter_words(number.key),
-        "set": [-turn for turn in number.directions],
-    }
-
-
 def _effect(
     candidate: Candidate,
     hypothesis: EvidenceHypothesis,
     confidence: float,
     logs: Sequence[str],
 ) -> dict[str, Any]:
+    candidate_set, values = hypothesis.fitter.candidate_set, hypothesis.fit.values
+    found = {
+        candidate_set.parameters[key].parameter: candidate_set.nominal_of(key) + values[key]
+        for key in candidate.nuisance
+    }
     return {
         "name": candidate.name,
         **_place(candidate, hypothesis),
         "confidence": confidence,
         "parameters": parameters(candidate, hypothesis.fit, hypothesis),
-        **_nuisance(candidate, hypothesis),
+        **({"nuisance": found} if found else {}),
         **_active(candidate, logs),
     }
 
@@ -381,16 +377,6 @@ def _active(candidate: Candidate, logs: Sequence[str]) -> dict[str, Any]:
     """Return when the effect acts, if not throughout."""
     activity = candidate.activity
     return {} if activity is None else {"active": activity.to_list(logs)}
-
-
-def _nuisance(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:
-    """Return the effect's fitted nuisance parameters, if it has any."""
-    candidate_set, values = hypothesis.fitter.candidate_set, hypothesis.fit.values
-    found = {
-        candidate_set.parameters[key].parameter: candidate_set.nominal_of(key) + values[key]
-        for key in candidate.nuisance
-    }
-    return {"nuisance": found} if found else {}
 
 
 def _place(candidate: Candidate, hypothesis: EvidenceHypothesis) -> dict[str, Any]:

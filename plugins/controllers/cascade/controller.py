@@ -291,7 +291,15 @@ class Cascade(CascadeSettings):
         inner, known, velocity = memory.inner, memory.known, memory.velocity
         # turning about the centre of gravity moves the origin, but is not the rotors' to undo
         swing = cross(s.angular_velocity, s.centre + s.angular_velocity * 0.0)
-        error = self._wanted(s, aim, gains) - s.velocity - _turned(s.rotation, swing)
+        error = (
+            (
+                aim.velocity
+                if aim.position is None
+                else aim.velocity + gains.position * (aim.position - s.position)
+            )
+            - s.velocity
+            - _turned(s.rotation, swing)
+        )
         asked = gains.speed * error + gains.sum * memory.sum
         if inner is not None and joints is not None:
             inner = self._inner(s, joints, inner)
@@ -311,7 +319,15 @@ class Cascade(CascadeSettings):
         turn_error, spin = attitude_error(s.rotation, lean), s.angular_velocity
         want = -gains.turn * turn_error
         if known is not None:
-            fed = self._turning(s, lean[:, :, 2], known, aim.yaw_rate)
+            axis = lean[:, :, 2]
+            net = namespace(axis).maximum(
+                self._g - s.buoyancy.force / s.mass, s.buoyancy.force * 0.0 + 0.3 * self._g
+            )
+            first, second = (
+                _unturned(s.rotation, cross(axis, rate) / net)
+                for rate in (known.first.rate, known.second.rate)
+            )
+            fed = first + aim.yaw_rate * _unturned(s.rotation, axis), second
             want, spin = fed[1] + want, spin - fed[0]
         want = want - gains.spin * spin - gains.turn_sum * gains.shape * memory.turn_sum
         lift = xp.sum(force * s.rotation[:, :, 2], axis=1, keepdims=True)
@@ -389,11 +405,6 @@ class Cascade(CascadeSettings):
         both = namespace(arm.rate).concat((*moved, s.inertia.reshape(-1, 9)), axis=1)
         return Inner(arm, inner.moved.next(both, s.step, self.smoothing))
 
-    def _wanted(self, s: RobotState, aim: Reference, gains: Gains) -> Array:
-        if aim.position is None:
-            return aim.velocity
-        return aim.velocity + gains.position * (aim.position - s.position)
-
     def _force(self, s: RobotState, asked: Array, velocity: Array) -> Array:
         """Return the force the rotors shall make, drag at a velocity included, world axes [N]."""
         xp, force = namespace(asked), s.mass * asked
@@ -404,22 +415,6 @@ class Cascade(CascadeSettings):
             force = force + s.submersion * _turned(s.rotation, carried + met)
         up = s.mass * self._g - s.buoyancy.force
         return xp.concat((force[:, :2], force[:, 2:3] + up), axis=1)
-
-    def _turning(
-        self, s: RobotState, axis: Array, known: Trend, yaw_rate: Any
-    ) -> tuple[Array, Array]:
-        """Return spin and its rate that go with the lean, body axes [rad/s, rad/s^2].
-
-        Only what is fed forward counts: the rate of a measured error is noise.
-        """
-        net = namespace(axis).maximum(
-            self._g - s.buoyancy.force / s.mass, s.buoyancy.force * 0.0 + 0.3 * self._g
-        )
-        first, second = (
-            _unturned(s.rotation, cross(axis, rate) / net)
-            for rate in (known.first.rate, known.second.rate)
-        )
-        return first + yaw_rate * _unturned(s.rotation, axis), second
 
     def _torque(self, s: RobotState, want: Array, inner: Inner | None) -> Array:
         """Return the torque about the centre of gravity that the rotors shall make [N m]."""

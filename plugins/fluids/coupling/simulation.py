@@ -119,18 +119,14 @@ class Simulation(ABC):
         """
         if self._ahead < 1:
             self._ahead = count = self._stride(states, time, step)
-            centred = self._centred(states, step, count)
+            late = 0.5 * (count - 1) * step / self._took if self._took else 0.0
+            now = np.stack([states.velocity, states.spin])
+            velocity, spin = now if self._past is None else now - late * (now - self._past)
+            self._past, self._took = now, count * step
+            centred = states._replace(velocity=velocity, spin=spin)
             self._share = self._advance(centred, time, count * step) / count
         self._ahead -= 1
         return self._share
-
-    def _centred(self, states: BodyStates, step: float, count: int) -> BodyStates:
-        """Return the bodies as of the middle of the water's last step, by their acceleration."""
-        late = 0.5 * (count - 1) * step / self._took if self._took else 0.0
-        now = np.stack([states.velocity, states.spin])
-        velocity, spin = now if self._past is None else now - late * (now - self._past)
-        self._past, self._took = now, count * step
-        return states._replace(velocity=velocity, spin=spin)
 
     def _stride(self, states: BodyStates, time: float, step: float) -> int:
         """Return the number of steps [s] of the world that the water advances at once."""

@@ -198,7 +198,10 @@ def _write(config: Any, outcome: _Outcome, out: Path) -> list[Path]:
         diff, notes = ("", ()) if edit is None else (edit.diff, edit.notes)
         more = [] if flight is None else [flight.sentence]
         pages.append(write_report(found, out, diff=diff, notes=notes, more=more))
-        pages.append(_draw(found, out))
+        choice = next(block for block in overlays(found) if isinstance(block, Choice))
+        worst = next(iter(choice.options.values()))
+        charts = [replace(chart, note="") for chart in worst if isinstance(chart, Chart)]
+        pages.append(write_picture(out / PICTURE, charts))
     if config.apply and edit is not None:
         pages.append(write_robot(edit, out / ROBOT))
     return pages
@@ -223,15 +226,3 @@ def _print(outcome: _Outcome) -> None:
 
 
 PICTURE = "calibration.png"
-
-
-def _draw(found: Calibration, folder: Path) -> Path:
-    """Draw measurement and model before and after, the residuals below; return the path.
-
-    Raises:
-        MissingExtra: matplotlib is not installed.
-    """
-    choice = next(block for block in overlays(found) if isinstance(block, Choice))
-    worst = next(iter(choice.options.values()))
-    charts = [replace(chart, note="") for chart in worst if isinstance(chart, Chart)]
-    return write_picture(folder / PICTURE, charts)

@@ -82,7 +82,13 @@ def edited(found: Calibration, folder: Path, robot: RobotModel) -> Edited:
     if whole and name:
         before[name] = read_text(folder / name)
         try:
-            after[name] = _inertial(found, robot, before[name])
+            change = {
+                n.name: found.value(n) - n.value for n in found.numbers if found.determined(n)
+            }
+            turn = np.array([change.get(f"inertia_{a}{a}", 0.0) for a in "xyz"])
+            centre = found.problem.vehicle.robot.centre[0]
+            mass, middle, inertia = base_inertial(robot, change.get("mass", 0.0), turn, centre)
+            after[name] = with_inertial(before[name], robot.links[0], mass, middle, inertia)
         except ConfigError as refusal:
             notes.append(str(refusal).replace("\n", " "))
     elif whole:
@@ -116,15 +122,6 @@ def _listed(number: StatedNumber) -> bool:
     return number.name.startswith(f"{ACTUATORS}.") and not number.key.endswith(
         number.name.rpartition(".")[2]
     )
-
-
-def _inertial(found: Calibration, robot: RobotModel, text: str) -> str:
-    """Text of the URDF with the vehicle's mass and moments of inertia."""
-    change = {n.name: found.value(n) - n.value for n in found.numbers if found.determined(n)}
-    turn = np.array([change.get(f"inertia_{a}{a}", 0.0) for a in "xyz"])
-    centre = found.problem.vehicle.robot.centre[0]
-    mass, middle, inertia = base_inertial(robot, change.get("mass", 0.0), turn, centre)
-    return with_inertial(text, robot.links[0], mass, middle, inertia)
 
 
 def write_robot(edit: Edited, out: Path) -> Path:

@@ -217,7 +217,9 @@ def calibrated(
     values = dict(solution.fit.values)
     stated = {**values, **{n.key: 0.0 for n in numbers}}
     if held_out is None:
-        before, after = _left_out_misfit(solution, stated)
+        fit, fitter = solution.fit, solution.fitter
+        found = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
+        before, after = fitter.windows.level(fitter.prediction(stated)), held_out_misfit(found)
     else:
         other = prepare(held_out, robot=robot, free=free)
         before, after = _unseen_misfit(other, [stated, values], at=values)
@@ -271,17 +273,6 @@ def _unseen_misfit(
     dynamics = dynamics_along(plant, trajectory, at, cache=cache)
     windows = windows_of(plant, trajectory, dynamics)
     return [windows.level(predict(plant, trajectory, values, cache=cache)) for values in models]
-
-
-def _left_out_misfit(solution: Solution, stated: Mapping[str, float]) -> tuple[float, float]:
-    """Return the cross-validated misfit per degree of freedom before and after the calibration.
-
-    Returns:
-        That of the stated numbers, and that of fits to the other parts, in turn.
-    """
-    fit, fitter = solution.fit, solution.fitter
-    found = EvidenceHypothesis(candidates=(), fit=fit, fitter=fitter, score=0.0)
-    return fitter.windows.level(fitter.prediction(stated)), held_out_misfit(found)
 
 
 def chosen(asked: Sequence[str], offered: Mapping[str, StatedNumber]) -> tuple[StatedNumber, ...]:

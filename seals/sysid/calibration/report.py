@@ -53,33 +53,10 @@ def write_report(
         more: further sentences of the summary.
     """
     values = moved(models(found)[1])
-    sections = [
-        _summary(found, more),
-        Section(title="Measured and modelled", blocks=overlays(found), wide=True),
-        Section(title="What goes together", blocks=[_correlation(found)], wide=True),
-        Section(
-            title="Everything else",
-            blocks=[tolerance_chart(values, model="calibrated")] if values else [],
-            wide=True,
-        ),
+    table, names = found.correlation, [n.name for n in found.numbers]
+    rows = [
+        [name, *(f"{table[i, j]:+.2f}" for j in range(len(names)))] for i, name in enumerate(names)
     ]
-    if diff or notes:
-        edits: list[Block] = [Code(text=diff)] if diff else []
-        edits += [Paragraph(text=note) for note in notes]
-        sections.insert(1, Section(title="Change of the robot's folder", blocks=edits, wide=True))
-    samples = found.problem.samples
-    text = page(
-        f"Calibration of {found.problem.vehicle.name}",
-        sections,
-        subtitle=f"{samples.seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
-        f"computed in {found.seconds:.1f} s",
-        light=True,
-    )
-    write_text(folder / REPORT, text)
-    return folder / REPORT
-
-
-def _summary(found: Calibration, more: Sequence[str]) -> Section:
     held = found.held_out
     fine = held["after"] < 2.0 * held["noise_floor"]
     blocks: list[Block] = [
@@ -100,12 +77,35 @@ def _summary(found: Calibration, more: Sequence[str]) -> Section:
     ]
     blocks += [Paragraph(text=remark, tone="warn") for remark in remarks(found)]
     blocks += [Paragraph(text=sentence) for sentence in more]
-    return Section(title="Summary", blocks=blocks, wide=True)
-
-
-def _correlation(found: Calibration) -> Table:
-    table, names = found.correlation, [n.name for n in found.numbers]
-    rows = [
-        [name, *(f"{table[i, j]:+.2f}" for j in range(len(names)))] for i, name in enumerate(names)
+    sections = [
+        Section(title="Summary", blocks=blocks, wide=True),
+        Section(title="Measured and modelled", blocks=overlays(found), wide=True),
+        Section(
+            title="What goes together",
+            blocks=[
+                Table(
+                    head=["correlation", *names], rows=rows, right=tuple(range(1, len(names) + 1))
+                )
+            ],
+            wide=True,
+        ),
+        Section(
+            title="Everything else",
+            blocks=[tolerance_chart(values, model="calibrated")] if values else [],
+            wide=True,
+        ),
     ]
-    return Table(head=["correlation", *names], rows=rows, right=tuple(range(1, len(names) + 1)))
+    if diff or notes:
+        edits: list[Block] = [Code(text=diff)] if diff else []
+        edits += [Paragraph(text=note) for note in notes]
+        sections.insert(1, Section(title="Change of the robot's folder", blocks=edits, wide=True))
+    samples = found.problem.samples
+    text = page(
+        f"Calibration of {found.problem.vehicle.name}",
+        sections,
+        subtitle=f"{samples.seconds:.1f} s in {len(samples.runs)} runs, {samples.rows} rows; "
+        f"computed in {found.seconds:.1f} s",
+        light=True,
+    )
+    write_text(folder / REPORT, text)
+    return folder / REPORT

@@ -80,7 +80,12 @@ def _command_speed(run: Log) -> float:
     Equation:
         v^2 = sum (kp_j q_j')^2 / sum kp_j^2, with q' over ``STEP``.
     """
-    command = _held(run.channel("joint_position_cmd"))
+    # hold the last command in cells without a number; zero before the first one
+    command: Floats = run.channel("joint_position_cmd").copy()
+    for column in command.T:
+        rows = np.where(np.isfinite(column), np.arange(column.size), -1)
+        last = np.maximum.accumulate(rows)
+        column[:] = np.where(last >= 0, column[last], 0.0)
     step = float(np.median(np.diff(run.time))) if run.rows > 1 else 0.0
     lag = min(max(1, round(STEP / step)), run.rows - 1) if step > 0.0 else 0
     if not lag:
@@ -92,16 +97,6 @@ def _command_speed(run: Log) -> float:
     # a sum of sums is good to rounding: joints that rest have a speed of zero
     most = float((total[count:] - total[:-count]).max()) / count if square.any() else 0.0
     return float(np.sqrt(max(most, 0.0)))
-
-
-def _held(values: Floats) -> Floats:
-    """Hold the last command in cells without a number; zero before the first one."""
-    out: Floats = values.copy()
-    for column in out.T:
-        rows = np.where(np.isfinite(column), np.arange(column.size), -1)
-        last = np.maximum.accumulate(rows)
-        column[:] = np.where(last >= 0, column[last], 0.0)
-    return out
 
 
 def _shares(meta: Mapping[str, Any], joints: int) -> Floats:

@@ -48,7 +48,14 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     if len(every) == 1:
         return first
     for other in every[1:]:
-        _compare(first, other)
+        keys = sorted((set(first.meta) | set(other.meta)) - {*_OWN, *_LABELS, "disturbance"})
+        differ = [k for k in keys if _plain(k, first.meta.get(k)) != _plain(k, other.meta.get(k))]
+        if differ:
+            raise LogError(
+                f"logs '{first.name}' and '{other.name}' state different {', '.join(differ)}.\n"
+                "Logs that are fitted together must be of one vehicle with one set of sensors "
+                "and tolerances, in one medium; diagnose the others separately."
+            )
     parts = [part for log in every for part in log.segments()]
     names = dict.fromkeys(name for log in every for name in log.columns)
     columns = {
@@ -64,7 +71,11 @@ def join_logs(logs: Log | Sequence[Log]) -> Log:
     meta = {k: v for k, v in first.meta.items() if k not in _OWN} | own
     meta |= {"logs": _each(every)}
     if any("sensors" in log.meta for log in every):
-        meta["sensors"] = _sensors(every)
+        # sensors of the first log, with the channels of all
+        channels: dict[str, Any] = {}
+        for log in reversed(every):
+            channels |= _channels(log)
+        meta["sensors"] = {**(every[0].meta.get("sensors") or {}), "channels": channels}
     if any("disturbance" in log.meta for log in every):
         meta["disturbance"] = max(
             (dict(log.meta.get("disturbance") or {}) for log in every),
@@ -100,26 +111,6 @@ def _each(logs: Sequence[Log]) -> list[dict[str, Any]]:
 
 def _channels(log: Log) -> Mapping[str, Any]:
     return (log.meta.get("sensors") or {}).get("channels") or {}
-
-
-def _sensors(logs: Sequence[Log]) -> dict[str, Any]:
-    """Sensors of the first log, with the channels of all."""
-    channels: dict[str, Any] = {}
-    for log in reversed(logs):
-        channels |= _channels(log)
-    return {**(logs[0].meta.get("sensors") or {}), "channels": channels}
-
-
-def _compare(first: Log, other: Log) -> None:
-    """Raise where two logs cannot be fitted together."""
-    keys = sorted((set(first.meta) | set(other.meta)) - {*_OWN, *_LABELS, "disturbance"})
-    differ = [k for k in keys if _plain(k, first.meta.get(k)) != _plain(k, other.meta.get(k))]
-    if differ:
-        raise LogError(
-            f"logs '{first.name}' and '{other.name}' state different {', '.join(differ)}.\n"
-            "Logs that are fitted together must be of one vehicle with one set of sensors "
-            "and tolerances, in one medium; diagnose the others separately."
-        )
 
 
 def _plain(key: str, value: Any) -> Any:

@@ -122,7 +122,13 @@ def known_sea(
         return None, {}
     law = laws[name]
     off = dict.fromkeys(strengths_of(law), 0.0)
-    each = [law.of_log(**{**off, **given}, **_gravity(law, environment)) for _, given in stated]
+    each = [
+        law.of_log(
+            **{**off, **given},
+            **{f.name: environment.gravity for f in fields(law) if f.name == "gravity"},
+        )
+        for _, given in stated
+    ]
     beside: dict[str, Effect] = law.beside()
     if len(each) == 1:
         return each[0], beside
@@ -136,11 +142,6 @@ def known_sea(
         ),
         beside,
     )
-
-
-def _gravity(law: Any, environment: EnvironmentSettings) -> dict[str, float]:
-    """Gravity of the environment, for waves that ask for it."""
-    return {f.name: environment.gravity for f in fields(law) if f.name == "gravity"}
 
 
 def _waves(

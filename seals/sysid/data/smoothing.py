@@ -83,7 +83,12 @@ def adaptive_polynomial(
     value, slope = local_polynomial(values, step, bandwidth=bandwidth)
     stiff = np.ones(len(values), dtype=bool)
     while bandwidth >= _NARROW * step:
-        square = _mean_square((values - value) / sigma)
+        # mean square of the columns that have a sample in a row, NaN where none has
+        residual = (values - value) / sigma
+        given = np.isfinite(residual)
+        total = np.where(given, residual, 0.0) ** 2
+        mean: Floats = total.sum(axis=1) / np.maximum(given.sum(axis=1), 1)
+        square = np.where(given.any(axis=1), mean, np.nan)
         stiff &= _missed(square, max(1, round(bandwidth / step)))
         if not stiff.any():
             break
@@ -91,14 +96,6 @@ def adaptive_polynomial(
         closer = local_polynomial(values, step, bandwidth=bandwidth)
         value[stiff], slope[stiff] = closer[0][stiff], closer[1][stiff]
     return value, slope
-
-
-def _mean_square(residual: Floats) -> Floats:
-    """Mean square of the columns that have a sample in a row, NaN where none has, shape (T,)."""
-    given = np.isfinite(residual)
-    total = np.where(given, residual, 0.0) ** 2
-    mean: Floats = total.sum(axis=1) / np.maximum(given.sum(axis=1), 1)
-    return np.where(given.any(axis=1), mean, np.nan)
 
 
 def _missed(square: Floats, half: int) -> NDArray[np.bool_]:

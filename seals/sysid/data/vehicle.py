@@ -142,6 +142,10 @@ def _vehicle_of(
     channels = meta.get("sensors", {}).get("channels", {})
     gust = meta.get("disturbance") or {}
     w, x, y, z = (float(c) for c in imu.get("orientation", [1.0, 0.0, 0.0, 0.0]))
+    given = ((meta["vehicle"] if description.of_log else meta).get("battery") or {}).get(
+        "full_voltage"
+    )
+    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
     return Vehicle(
         robot=model,
         effects={**effects, **beside},
@@ -153,7 +157,7 @@ def _vehicle_of(
         # joints of a log that describes them stand in its own order
         columns=() if description.of_log else _columns(description, model, meta),
         written=written,
-        full_voltage=_full_voltage(meta["vehicle"] if description.of_log else meta),
+        full_voltage=found,
         sigma={k: float(v["sigma"]) for k, v in channels.items() if k in READ},
         tolerance={k: float(v["sigma"]) for k, v in meta.get("tolerance", {}).items()},
         assumed=any(v.get("source") == "assumed" for v in meta.get("tolerance", {}).values()),
@@ -201,17 +205,6 @@ def _nominal(
     made, written = _instances(description, acts, model, environment)
     made = _surroundings(made, model, environment, listed=listed)
     return model, acts, _with_baseline(description, made, written, meta, environment), written
-
-
-def _full_voltage(spec: Mapping[str, Any]) -> float | None:
-    """Return the voltage of the full battery in a description [V]; None where it says nothing.
-
-    Raises:
-        LogError: it is no voltage.
-    """
-    given = (spec.get("battery") or {}).get("full_voltage")
-    found: float | None = read(_Volts, given, where="battery.full_voltage", error=LogError)
-    return found
 
 
 def _part(meta: Mapping[str, Any], name: str) -> Mapping[str, Any]:
@@ -278,7 +271,15 @@ def _with_baseline(
     for entry in meta.get("baseline") or []:
         name = str(entry["name"])
         if name in _STRUCTURE and description.of_log:
-            effects |= _listed(name, description.actuators)
+            actuators = description.actuators
+            kind = _STRUCTURE[name]
+            if kind not in actuators:
+                raise LogError(
+                    f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
+                    f"List them under vehicle.{'arm' if kind == 'servos' else kind}, or give the "
+                    "robot's folder: robot=FOLDER"
+                )
+            effects |= {kind: actuators[kind]}
         if name in _STRUCTURE or name in sea_laws() or entry.get("instance") in known:
             continue
         law: type[Effect] = get("effect", name).load()
@@ -303,18 +304,6 @@ def _on_links(
         return instance, effect
     name = instance if "*" in links else str(entry.get("instance", instance))
     return name, replace(effect, links=links)
-
-
-def _listed(name: str, actuators: Mapping[str, Effect]) -> dict[str, Effect]:
-    """Actuator that an entry of a log's baseline stands for."""
-    kind = _STRUCTURE[name]
-    if kind not in actuators:
-        raise LogError(
-            f"meta.yaml: baseline lists '{name}', but vehicle states no {kind}.\n"
-            f"List them under vehicle.{'arm' if kind == 'servos' else kind}, or give the robot's "
-            "folder: robot=FOLDER"
-        )
-    return {kind: actuators[kind]}
 
 
 def _falls(actuators: Sequence[Any]) -> Floats:

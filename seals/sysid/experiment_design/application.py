@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from seals.sysid.experiment_design.plan import SEPARATED, Plan, percent, proposa
 from seals.sysid.experiment_design.ranking import STAGES, propose
 from seals.sysid.experiment_design.supposed import variants_of
 from seals.sysid.predictors.problem import prepare
-from seals.sysid.report.given_logs import GivenLogs, given_logs, make_folder, robot_name
+from seals.sysid.report.given_logs import given_logs, make_folder, robot_name
 from seals.sysid.validation.answer import Answer, load_answer, noted_logs
 
 ANSWER, PICTURE, EXPERIMENT = "plan.json", "plan.png", "experiment.yaml"
@@ -64,36 +63,22 @@ def execute(config: Any) -> int:
     refuse_undefined("plan", [found.best.separation])
     words = [f"robot={robot_name(config)}"] if config.robot.folder else []
     command = shlex.join(["seals", "run", f"experiment={out / EXPERIMENT}", *words])
-    _write_plan(found, out, given=given, meta=log.meta, command=command)
-    print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
-    print(f"Next, to fly it in the simulator:\n  {command} out=ANOTHER_LOG")
-    return 0
-
-
-def _write_plan(
-    plan: Plan, out: Path, *, given: GivenLogs, meta: Mapping[str, Any], command: str
-) -> None:
-    """Write the plan's numbers, picture and experiment into a folder.
-
-    Args:
-        plan: to be written.
-        out: folder, made where it is not there.
-        given: logs for which it was made.
-        meta: description of the vehicle, as the log has it.
-        command: that flies the manoeuvre.
-
-    Raises:
-        ConfigError: the folder cannot be made.
-    """
     from seals.sysid.experiment_design.experiment import write_experiment
 
     make_folder(out)
     logs = [str(place) for place in given.places]
-    write_json(out / ANSWER, {**plan.to_dict(), "log": logs[0] if len(logs) == 1 else logs})
+    write_json(out / ANSWER, {**found.to_dict(), "log": logs[0] if len(logs) == 1 else logs})
     write_experiment(
-        out / EXPERIMENT, plan, meta, without=given.without if given.robot else (), command=command
+        out / EXPERIMENT,
+        found,
+        log.meta,
+        without=given.without if given.robot else (),
+        command=command,
     )
-    _write_pictures(out / PICTURE, plan)
+    _write_pictures(out / PICTURE, found)
+    print(f"{proposal(found)}\n\n{table(found)}\n\n{out / ANSWER}")
+    print(f"Next, to fly it in the simulator:\n  {command} out=ANOTHER_LOG")
+    return 0
 
 
 def _open_question(given: Answer, place: str) -> list[str]:

@@ -72,7 +72,17 @@ def scene_of(vehicle: Vehicle, *, around: Floats | None = None) -> Scene:
         low = base + (0.6 if kind == ARM else _CLEAR)
         high, reach = base + 3.5, 4.0
         speed, push, tilt = 3.0, 2.5, 0.6
-        lift = float(np.clip(0.35 * (_margin(vehicle) - 1.0) * 9.81, 0.5, 3.5))
+        # largest thrust of all rotors over the weight
+        rotors = vehicle.effects["rotors"].constants()
+        limit = np.asarray(vehicle.effects["rotors"].limit)  # type: ignore[attr-defined]  # of rotors
+        most = float(np.sum(rotors["thrust_coefficient"] * limit**2))
+        lift = float(
+            np.clip(
+                0.35 * ((most / (vehicle.mass * vehicle.environment.gravity)) - 1.0) * 9.81,
+                0.5,
+                3.5,
+            )
+        )
         if kind == ARM:
             joints = np.array([0.3, -0.95, -0.25, *([0.0] * len(joints))])[: len(joints)]
             speed, push, lift = 1.2, 1.2, min(lift, 2.5)
@@ -115,14 +125,6 @@ def _kind_of(vehicle: Vehicle) -> str:
     if vehicle.commands == "thruster_cmd":
         return WATER
     return CROSSING if vehicle.has_water else AIR
-
-
-def _margin(vehicle: Vehicle) -> float:
-    """Largest thrust of all rotors over the weight."""
-    rotors = vehicle.effects["rotors"].constants()
-    limit = np.asarray(vehicle.effects["rotors"].limit)  # type: ignore[attr-defined]  # of rotors
-    most = float(np.sum(rotors["thrust_coefficient"] * limit**2))
-    return most / (vehicle.mass * vehicle.environment.gravity)
 
 
 def _swims(vehicle: Vehicle) -> tuple[float, float, float]:

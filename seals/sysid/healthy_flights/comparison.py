@@ -167,11 +167,16 @@ class Reference:
             verdict, names = Verdict.none_of_these, ()
         elif not names:
             verdict = Verdict.nothing_missing
+        # most probable lost shares of thrust, all drives at once, given the scatter
+        modes, healthy = self.modes.vectors, self.scatter.mean
+        prior = np.diag((PLAUSIBLE * healthy) ** 2)
+        felt = modes @ prior @ modes.T + np.diag(self.scatter.variance)
+        more = prior @ modes.T @ np.linalg.solve(felt, change)
         return Changed(
             verdict=verdict,
             names=names,
             evidence=scores[best],
-            lost_shares=self._lost_shares(change),
+            lost_shares=np.asarray(more / np.where(healthy + more == 0.0, 1.0, healthy + more)),
             scores=scores,
             change=change,
             unexplained=left,
@@ -252,14 +257,6 @@ class Reference:
             if evidence >= asked:
                 out[f"slung_load@{k + 1}"] = scores[f"payload@{k + 1}"] + evidence
         return out
-
-    def _lost_shares(self, change: Floats) -> Floats:
-        """Most probable lost shares of thrust, all drives at once, given the scatter."""
-        modes, healthy = self.modes.vectors, self.scatter.mean
-        prior = np.diag((PLAUSIBLE * healthy) ** 2)
-        felt = modes @ prior @ modes.T + np.diag(self.scatter.variance)
-        more = prior @ modes.T @ np.linalg.solve(felt, change)
-        return np.asarray(more / np.where(healthy + more == 0.0, 1.0, healthy + more))
 
 
 def _gains(left: Floats, before: Floats, variance: Floats, degrees: Floats) -> Floats:

@@ -82,7 +82,15 @@ def explanations(layout: DriveLayout, healthy: Floats, count: int) -> list[Expla
     found += [_shifted(layout, healthy, sizes, k) for k in every]
     found += [_load(layout, healthy, sizes, pair) for pair in neighbours(layout)]
     found += [_pair(found[i], found[j]) for i, j in combinations(every, 2)]
-    return [*found, _load(layout, healthy, sizes, ()), _thrust(layout, healthy, sizes)]
+    # all drives lose or gain the same share of thrust and torque
+    both = np.concatenate([-sizes, sizes])
+    law = get("effect", "thrust_coefficient").load()
+    changes = _restored(layout, law, healthy, {"relative_change": both[:, None]})
+    return [
+        *found,
+        _load(layout, healthy, sizes, ()),
+        Explanation(effect="thrust_coefficient", drives=(), changes=changes, sizes=both),
+    ]
 
 
 def neighbours(layout: DriveLayout) -> list[tuple[int, int]]:
@@ -127,14 +135,6 @@ def _pair(one: Explanation, other: Explanation) -> Explanation:
         sizes=np.zeros(0),
         within=(one.name, other.name),
     )
-
-
-def _thrust(layout: DriveLayout, healthy: Floats, sizes: Floats) -> Explanation:
-    """All drives lose or gain the same share of thrust and torque."""
-    sizes = np.concatenate([-sizes, sizes])
-    law = get("effect", "thrust_coefficient").load()
-    changes = _restored(layout, law, healthy, {"relative_change": sizes[:, None]})
-    return Explanation(effect="thrust_coefficient", drives=(), changes=changes, sizes=sizes)
 
 
 def _restored(layout: DriveLayout, law: Any, healthy: Floats, params: dict[str, Any]) -> Floats:

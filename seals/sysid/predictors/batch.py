@@ -151,13 +151,15 @@ def _experiment(
     keys = [_fit_key(n, candidate_set.parameters[n]) for n in names]
     bound = bind_effects(candidate_set.effects, robot.links)
     step = settings.compare.step or step_of(cases)
+    train = [k for k, c in enumerate(cases) if not c.held_out]
+    parts = min(len(train), max(2, settings.naming.folds))
     return Experiment(
         settings=settings,
         candidate_set=candidate_set,
         cases=tuple(cases),
         predictor=predictor_of(settings)(settings, robot, bound, keys, cases, step=step),
         names=names,
-        fold=_folds([k for k, c in enumerate(cases) if not c.held_out], settings.naming.folds),
+        fold={case: k * parts // len(train) for k, case in enumerate(train)},
     )
 
 
@@ -211,11 +213,6 @@ def _size(
         rows += [np.nan_to_num(after[x] - before[x]).ravel() for x in before]
     size = float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
     return size if np.isfinite(size) else 0.0
-
-
-def _folds(train: Sequence[int], most: int) -> dict[int, int]:
-    parts = min(len(train), max(2, most))
-    return {case: k * parts // len(train) for k, case in enumerate(train)}
 
 
 def _fit_key(name: str, known: Parameter) -> FitKey:

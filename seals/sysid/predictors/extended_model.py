@@ -87,7 +87,13 @@ class ExtendedModel:
         self._drives: dict[tuple[Any, ...], Drive] = {}
         self.waves = vehicle.sea or get("wave", "still").load()()
         effects = candidate_set.effects
-        self._stiff = {n for n, e in effects.items() if e.stiff and _of_joints_alone(e)}
+        self._stiff = {
+            n
+            for n, e in effects.items()
+            if e.stiff
+            and has_hook(e, "joint_loads")
+            and not names_any(e, "joint_loads", ("motion", "medium"))
+        }
         self._quiet = {
             n
             for n, e in effects.items()
@@ -95,7 +101,11 @@ class ExtendedModel:
         }
         self._turning = {n for n, e in effects.items() if has_hook(e, "pose_turn")}
         self._commanding = frozenset(n for n, e in effects.items() if changes_commands(e))
-        timing = {n for n, e in effects.items() if _times_actuators(e)}
+        timing = {
+            n
+            for n, e in effects.items()
+            if has_hook(e, "timing") and any(_timing_of(e, dict.fromkeys(parameters_of(e), 1.0)))
+        }
         self.timed = self._commanding | timing
         self.command_delay = 0.0
         # implicit servos answer a jump of their command up to a step late, which undoes that
@@ -401,13 +411,6 @@ class ExtendedModel:
         return np.broadcast_to(np.sum(turns, axis=0), (rows, 3))
 
 
-def _of_joints_alone(effect: Effect) -> bool:
-    """Return true if a law's torque depends on the joints alone, not on motion and medium."""
-    return has_hook(effect, "joint_loads") and not names_any(
-        effect, "joint_loads", ("motion", "medium")
-    )
-
-
 def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, float, float]:
     """Delay of commands, change and asymmetry of the lag [s] of a timed effect."""
     if not isinstance(effect, Timed):
@@ -417,13 +420,6 @@ def _timing_of(effect: Effect, values: Mapping[str, float]) -> tuple[float, floa
         float(np.ravel(x)[0]) for x in (timing.command_delay, timing.lag, timing.asymmetry)
     )
     return delay, lag, asymmetry
-
-
-def _times_actuators(effect: Effect) -> bool:
-    """Return true if an effect changes the timing of actuators, not that of sensors."""
-    return has_hook(effect, "timing") and any(
-        _timing_of(effect, dict.fromkeys(parameters_of(effect), 1.0))
-    )
 
 
 def _instance(key: str) -> str:

@@ -94,7 +94,7 @@ class Dynamics:
     def corrected(self, defect: Floats) -> Floats:
         """Return the one-step error corrected for the slope of dry friction, shape (T, n)."""
         factor = self.friction_correction
-        return defect if factor is None else _times(factor, defect)
+        return defect if factor is None else np.matmul(factor, defect[:, :, None])[:, :, 0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,9 +179,13 @@ def dynamics_along(
     transition, integral = discrete(state_matrix, plant.samples.step)
     friction_correction = None
     if plant.friction(used, trajectory.joint_velocity) is not None:
+        # the columns of the joint rates again with dry friction; the output matrix in place
+        rates = range(12 + cache.trajectory.joints.shape[1], cache.trajectory.size)
+        out: Floats = state_matrix.copy()
+        _differentiate(cache, used, rates, out, output_matrix, stiff=True)
         plain, state_matrix = (
             integral,
-            _with_friction(cache, used, state_matrix, output_matrix),
+            out,
         )
         transition, integral = discrete(state_matrix, plant.samples.step)
         friction_correction = np.matmul(integral, np.linalg.inv(plain))
@@ -194,20 +198,6 @@ def dynamics_along(
         integral=integral,
         friction_correction=friction_correction,
     )
-
-
-def _with_friction(
-    cache: TrajectoryCache, used: Mapping[str, float], state_matrix: Floats, output_matrix: Floats
-) -> Floats:
-    """Recompute the columns of the joint rates with dry friction; the output matrix in place.
-
-    Near rest dry friction opposes the rate far more steeply than a servo's damping: without that
-    slope the noise of a trajectory's rates would turn into torques.
-    """
-    rates = range(12 + cache.trajectory.joints.shape[1], cache.trajectory.size)
-    out: Floats = state_matrix.copy()
-    _differentiate(cache, used, rates, out, output_matrix, stiff=True)
-    return out
 
 
 def _differentiate(
@@ -227,12 +217,6 @@ def _differentiate(
         change = (moved - base) / _NUDGE
         state_matrix[:, 6:12, k], state_matrix[:, 12 + joints :, k] = change[:, :6], change[:, 9:]
         output_matrix[:, :, k] = at_sensor(cache.plant.vehicle, change)
-
-
-def _times(matrices: Floats, rows: Floats) -> Floats:
-    """Product of each matrix with its row, shape (T, n)."""
-    out: Floats = np.matmul(matrices, rows[:, :, None])[:, :, 0]
-    return out
 
 
 def _places(plant: ExtendedModel, used: Mapping[str, float]) -> tuple[int, ...]:

@@ -11,7 +11,6 @@ from seals.environment.seawater import FRESH_WATER
 from seals.frames import matrix_of
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory
-from seals.sysid.data.vehicle import Vehicle
 from seals.sysid.predictors.extended_model import ExtendedModel
 
 _LIFT = 0.03
@@ -67,7 +66,12 @@ def surface_model_error(plant: ExtendedModel, trajectory: Trajectory) -> Surface
     push[:, 3:] *= _ARM * hull.volume ** (1.0 / 3.0)
     floats = bool(touching.all())
     if floats:
-        push = np.hypot(push, touching[:, None] * _ripple(vehicle, float(hull.plan_area)))
+        # force and torque of ripple on a hull with a waterplane, 1-sigma
+        density = float(vehicle.environment.water_density or FRESH_WATER)
+        side = float(np.sqrt(float(hull.plan_area)))
+        force = density * vehicle.environment.gravity * _RIPPLE * _RIPPLE_LENGTH * side
+        force /= np.sqrt(2.0) * np.pi
+        push = np.hypot(push, touching[:, None] * np.repeat([force, 0.5 * force * side], 3))
     return SurfaceModelError(push=push, blur=level / vehicle.mass, floats=floats)
 
 
@@ -82,20 +86,6 @@ def _uncertain(share: Floats, *, floats: bool) -> Floats:
         return change
     crossing: Floats = 4.0 * share * (1.0 - share)
     return crossing
-
-
-def _ripple(vehicle: Vehicle, area: float) -> Floats:
-    """Force [N] and torque [N m] of ripple on a hull with a waterplane, 1-sigma, shape (6,).
-
-    Equation:
-        F = rho g a l sqrt(A) / (sqrt(2) pi), T = F sqrt(A) / 2: waves of height a and length l that
-        are short against the waterplane A cancel but for the last half of one.
-    """
-    density = float(vehicle.environment.water_density or FRESH_WATER)
-    side = float(np.sqrt(area))
-    force = density * vehicle.environment.gravity * _RIPPLE * _RIPPLE_LENGTH * side
-    force /= np.sqrt(2.0) * np.pi
-    return np.repeat([force, 0.5 * force * side], 3)
 
 
 def _sudden(plant: ExtendedModel, trajectory: Trajectory, lift: Floats) -> Floats:

@@ -154,7 +154,15 @@ class TrajectoryCache:
         if key not in self._sensor_rates:
             self._forget(self._sensor_rates)
             response, inputs = self.response(used), self.inputs(used, Held.row)
-            same = _same_commands(inputs, response.inputs)
+            # the same to rounding, as those at rest are
+            same = (
+                inputs.joint_command is response.inputs.joint_command
+                if inputs.joint_command is None or response.inputs.joint_command is None
+                else bool(
+                    np.abs(inputs.joint_command - response.inputs.joint_command).max(initial=0.0)
+                    < _ROUNDING
+                )
+            )
             self._sensor_rates[key] = response.rates if same else response.rates_under(inputs)
         return self._sensor_rates[key]
 
@@ -206,7 +214,11 @@ class TrajectoryCache:
         for key in (k for k in keys if k not in out):
             step = parameters[key].nudge
             moved = {**used, key: used.get(key, 0.0) + step}
-            out[key] = (packed(self._rates(moved)) - still) / step
+            twin = self.plant.twin(moved, len(self.rows))
+            out[key] = (
+                packed(twin.rates(self.state, self.time, self.inputs(moved), self.posture(moved)))
+                - still
+            ) / step
         return out
 
     def pushed(self, values: Mapping[str, float], key: str) -> Floats:
@@ -215,11 +227,6 @@ class TrajectoryCache:
         moved = nonzero({**used, key: used.get(key, 0.0) + step})
         out: Floats = (self._defect(moved) - self.expansion_point(used).defect) / step
         return out
-
-    def _rates(self, values: Mapping[str, float]) -> Rates:
-        """Rates of the whole model at values, not cached."""
-        twin = self.plant.twin(values, len(self.rows))
-        return twin.rates(self.state, self.time, self.inputs(values), self.posture(values))
 
     def _alone(self, key: str) -> bool:
         """Return true if a parameter changes only the loads of some effects."""
@@ -247,13 +254,6 @@ class TrajectoryCache:
 def _drives(effect: object) -> bool:
     """Return true if an effect acts through the thrust."""
     return any(has_hook(effect, hook) for hook in _DRIVING)
-
-
-def _same_commands(one: Inputs, other: Inputs) -> bool:
-    """Return true if the commands to the joints are the same to rounding, as those at rest are."""
-    if one.joint_command is None or other.joint_command is None:
-        return one.joint_command is other.joint_command
-    return bool(np.abs(one.joint_command - other.joint_command).max(initial=0.0) < _ROUNDING)
 
 
 def accelerations(rates: Rates) -> Floats:

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import TwinState
 from seals.effects.binding import has_hook
 from seals.sysid.candidates.parameters import CandidateSet
 from seals.sysid.data.samples import IMU
@@ -58,7 +57,12 @@ def trials(plant: ExtendedModel, *, leave: Sequence[str]) -> list[Trial]:
     """
     candidate_set, spread = plant.candidate_set, start_sigma(plant.vehicle)
     rng = np.random.default_rng(_SEED)
-    sizes = _sizes(candidate_set, leave)
+    # no effect, and each effect on the motion in several sizes
+    sizes: list[dict[str, float]] = [{}]
+    for candidate in candidate_set.candidates:
+        parameters = [candidate_set.parameters[k] for k in candidate.keys]
+        if candidate.name not in leave and not _silent(candidate_set, candidate.keys[0]):
+            sizes += [{f.key: size * f.scale for f in parameters} for size in SIZES]
     acting = [k for k in candidate_set.tolerances if not _silent(candidate_set, k)]
     out = []
     for k in range(COUNT):
@@ -79,16 +83,6 @@ def trials(plant: ExtendedModel, *, leave: Sequence[str]) -> list[Trial]:
                 kind=k % len(sizes),
             )
         )
-    return out
-
-
-def _sizes(candidate_set: CandidateSet, leave: Sequence[str]) -> list[dict[str, float]]:
-    """Draw no effect, and each effect on the motion in several sizes."""
-    out: list[dict[str, float]] = [{}]
-    for candidate in candidate_set.candidates:
-        parameters = [candidate_set.parameters[k] for k in candidate.keys]
-        if candidate.name not in leave and not _silent(candidate_set, candidate.keys[0]):
-            out += [{f.key: size * f.scale for f in parameters} for size in SIZES]
     return out
 
 
@@ -170,7 +164,9 @@ def simulated(plant: ExtendedModel, chosen: Sequence[Trial]) -> tuple[Floats, li
     # run by run within each trial
     table = {k: np.repeat([t.values.get(k, 0.0) for t in chosen], len(runs)) for k in keys}
     first = np.tile([a for a, _ in runs], count)
-    state = _starts(plant, chosen)
+    stated = start_states(plant.vehicle.initial_state[: len(plant.samples.runs)])
+    tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
+    state = Trajectory(*tiled).moved(np.concatenate([t.start for t in chosen])).state(slice(None))
     twin = plant.twin(table, len(first))
     states, readings = [], []
     for k in range(max(b - a for a, b in runs)):
@@ -182,13 +178,6 @@ def simulated(plant: ExtendedModel, chosen: Sequence[Trial]) -> tuple[Floats, li
     joined = (np.stack([s[i] for s in states], axis=1) for i in range(6))
     tracks = [x.reshape(count, len(runs), *x.shape[1:]) for x in joined]
     return _misfit(plant, np.stack(readings, axis=1), count), tracks
-
-
-def _starts(plant: ExtendedModel, chosen: Sequence[Trial]) -> TwinState:
-    """Start states of all runs in all trials."""
-    stated = start_states(plant.vehicle.initial_state[: len(plant.samples.runs)])
-    tiled = (np.tile(x, (len(chosen), 1)) for x in stated)
-    return Trajectory(*tiled).moved(np.concatenate([t.start for t in chosen])).state(slice(None))
 
 
 def _misfit(plant: ExtendedModel, readings: Floats, count: int) -> Floats:

@@ -179,7 +179,11 @@ class Windows:
                 self._reads.append(None if first is None else first + k)
         self._values = np.stack(values, axis=1)[self.rows]
         self.weight = np.stack(weight, axis=1)[self.rows]
-        self._inertial = [i for i, n in enumerate(self.channel_of) if n in table and _imu(n)]
+        self._inertial = [
+            i
+            for i, n in enumerate(self.channel_of)
+            if n in table and n in ("angular_velocity", "specific_force")
+        ]
         self._leave_out(self.late)
 
     @property
@@ -341,16 +345,12 @@ class Windows:
         if not np.array_equal(self.vehicle.imu_turn, np.eye(3)):
             spin = np.matmul(self.vehicle.imu_turn, spin)
         for i in self._inertial:
-            axis = self._axis(i)
+            axis = i - self.channel_of.index(self.channel_of[i])
             seen = (
                 spin[:, :, axis] if self.channel_of[i] == "angular_velocity" else force[:, :, axis]
             )
             axis += 0 if self.channel_of[i] == "angular_velocity" else 3
             out[:, :, i] = (seen + direct[:, :, axis]).transpose(1, 0, 2)
-
-    def _axis(self, i: int) -> int:
-        """Component of channel column ``i`` within its channel."""
-        return i - self.channel_of.index(self.channel_of[i])
 
     def residual(self, prediction: Prediction) -> Floats:
         """Whitened residual with start states and gusts at zero, shape (W, K * ny)."""
@@ -464,10 +464,6 @@ def _outer(matrix: Floats, weights: Floats) -> Floats:
     """Outer products by axis and knot: matrix (K, W, r, 6) times weights (K, m)."""
     out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
     return out.reshape(*matrix.shape[:3], matrix.shape[3] * weights.shape[1])
-
-
-def _imu(name: str) -> bool:
-    return name in ("angular_velocity", "specific_force")
 
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:

@@ -253,22 +253,16 @@ def _read_log(config: Any, place: Path, *, sheet: bool = True) -> Log:
                 f"(seals new robot NAME urdf=FILE): seals new datasheet log={log_name(place)} "
                 "robot=FOLDER"
             )
-    if sheet:
-        _tell_stated(log, place, robot_name(config) if config.robot.folder else "FOLDER")
+    if sheet and not log.meta.get("tolerance"):
+        robot = robot_name(config) if config.robot.folder else "FOLDER"
+        words = shlex.join([f"log={log_name(place)}", f"robot={robot}"])
+        print(
+            f"log '{log.name}' states no tolerances: every number of the vehicle is assumed "
+            "exact, and deviations are attributed to effects.\n"
+            f"Estimate them from the flight: seals new datasheet {words}",
+            file=sys.stderr,
+        )
     return log
-
-
-def _tell_stated(log: Log, place: Path, robot: str) -> None:
-    """Print that numbers without a stated tolerance count as exact."""
-    if log.meta.get("tolerance"):
-        return
-    words = shlex.join([f"log={log_name(place)}", f"robot={robot}"])
-    print(
-        f"log '{log.name}' states no tolerances: every number of the vehicle is assumed exact, and "
-        "deviations are attributed to effects.\nEstimate them from the flight: seals new "
-        f"datasheet {words}",
-        file=sys.stderr,
-    )
 
 
 def _tell_time(log: Log) -> None:

@@ -108,13 +108,28 @@ def _small_enough(
     """Return the page with as many points in its overlays as its size allows."""
     text = ""
     for most in (POINTS, POINTS // 2, POINTS // 4):
+        before = diagnosis.search.nominal
+        same = not after.candidates
         overlay = Section(
-            title="Measured and modelled", blocks=_overlay(diagnosis, after, most), wide=True
+            title="Measured and modelled",
+            blocks=overlay_blocks(
+                diagnosis.problem,
+                before,
+                before if same else after,
+                names=_names(diagnosis, after),
+                most=most,
+            ),
+            wide=True,
         )
+        samples = diagnosis.problem.samples
+        runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
         text = page(
             f"Diagnosis of {log.name}",
             [fixed[0], overlay, *fixed[1:]],
-            subtitle=_subtitle(diagnosis),
+            subtitle=(
+                f"{diagnosis.problem.vehicle.name}, {samples.seconds:.1f} s{runs}, "
+                f"{samples.rows} rows; computed in {diagnosis.seconds:.1f} s"
+            ),
             light=True,
         )
         if len(text.encode("utf-8")) <= LARGEST:
@@ -134,15 +149,6 @@ def _names(diagnosis: Diagnosis, after: EvidenceHypothesis) -> tuple[str, str]:
     if diagnosis.answer.claims:
         return "model before", f"model with {joined(list(after.names))}"
     return "model", f"with {joined(list(after.names) or [''])} (best fit, not named)"
-
-
-def _subtitle(diagnosis: Diagnosis) -> str:
-    samples = diagnosis.problem.samples
-    runs = f" in {len(samples.runs)} runs" if len(samples.runs) > 1 else ""
-    return (
-        f"{diagnosis.problem.vehicle.name}, {samples.seconds:.1f} s{runs}, {samples.rows} rows; "
-        f"computed in {diagnosis.seconds:.1f} s"
-    )
 
 
 def _summary(
@@ -169,18 +175,6 @@ def _summary(
     if commands:
         blocks.append(Code(text=commands))
     return Section(title="Summary", blocks=blocks, wide=True)
-
-
-def _overlay(diagnosis: Diagnosis, after: EvidenceHypothesis, most: int) -> list[Block]:
-    before = diagnosis.search.nominal
-    same = not after.candidates
-    return overlay_blocks(
-        diagnosis.problem,
-        before,
-        before if same else after,
-        names=_names(diagnosis, after),
-        most=most,
-    )
 
 
 def _wrench(

@@ -23,23 +23,19 @@ def execute(config: Any) -> int:
     settings = settings_of(config)
     found = diagnose_runs(settings, read_logs(settings))
     out = output_folder(settings.out)
-    write_json(out / DIAGNOSIS, finite(_as_data(found)))
+    write_json(
+        out / DIAGNOSIS,
+        finite(
+            found[0].to_dict()
+            if len(found) == 1
+            else {"groups": {one.name: one.to_dict() for one in found}}
+        ),
+    )
     _write_runs_report(found, out)
     for one in found:
         print(_sentence(one))
     print(f"\n{out / DIAGNOSIS}")
-    return _exit_code(found)
-
-
-def _as_data(found: Sequence[RunsDiagnosis]) -> dict[str, Any]:
-    """Return the output of one diagnosis, or of several under the key ``groups``."""
-    if len(found) == 1:
-        return found[0].to_dict()
-    return {"groups": {one.name: one.to_dict() for one in found}}
-
-
-def _exit_code(found: Sequence[RunsDiagnosis]) -> int:
-    """Return the exit code of the verdict; of several verdicts the most informative one."""
+    # of several verdicts the most informative one
     order = list(Verdict)
     return max((one.answer.verdict for one in found), key=lambda v: -order.index(v)).exit_code
 
@@ -71,7 +67,10 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     sections = [_rank(one) for one in found]
     for one in found:
-        group = _group_of(one)
+        cases = one.search.validator.experiment.cases
+        group = Group(
+            name=one.name, cases=cases, variants=one.variants, offsets={c.name: {} for c in cases}
+        )
         picture = folder / f"{file_name(one.name)}.png"
         shown = next((k for k, c in enumerate(group.cases) if c.held_out), 0)
         write_picture(picture, case_charts(group, shown))
@@ -87,14 +86,6 @@ def _write_runs_report(found: Sequence[RunsDiagnosis], folder: Path) -> Path:
             )
         )
     return write_page(folder / REPORT, f"Diagnosis: {found[0].name}", sections)
-
-
-def _group_of(one: RunsDiagnosis) -> Group:
-    """Return nominal and chosen model as the variants of a comparison."""
-    cases = one.search.validator.experiment.cases
-    return Group(
-        name=one.name, cases=cases, variants=one.variants, offsets={c.name: {} for c in cases}
-    )
 
 
 def _rank(one: RunsDiagnosis) -> Section:

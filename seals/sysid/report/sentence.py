@@ -159,27 +159,19 @@ def error_lines(table: Mapping[str, Any]) -> list[str]:
             most = max(own, key=lambda e: e["stated"] ** 2 - e["after"] ** 2)
             unit = unit_text(most["unit"])
             lines.append(f"  {most['name']} {_fall(most['rms'][:count])} {unit} within a second")
-    quiet = _overstated(table)
+    # residuals far below the stated noise and gusts, as shares, with their channels
+    levels: dict[str, list[float]] = {}
+    for error in table["channels"]:
+        levels.setdefault(error["channel"], []).append(error["after"])
+    found = {c: math.sqrt(sum(x * x for x in own) / len(own)) for c, own in levels.items()}
+    parts = [f"{figure(x)} ({c})" for c, x in found.items() if EXACT < x < QUIET]
+    quiet = ", ".join(parts)
     if quiet:
         lines.append(
             f"  stated noise or gusts are too large: the residual is {quiet} of the stated noise. "
             "Smaller values in datasheet.yaml let smaller effects be detected."
         )
     return lines
-
-
-def _overstated(table: Mapping[str, Any]) -> str:
-    """Return the residuals far below the stated noise and gusts, as shares, with their channels.
-
-    Args:
-        table: of the diagnosis, as `Diagnosis.to_dict` returns it.
-    """
-    levels: dict[str, list[float]] = {}
-    for error in table["channels"]:
-        levels.setdefault(error["channel"], []).append(error["after"])
-    found = {c: math.sqrt(sum(x * x for x in own) / len(own)) for c, own in levels.items()}
-    parts = [f"{figure(x)} ({c})" for c, x in found.items() if EXACT < x < QUIET]
-    return ", ".join(parts)
 
 
 def _fall(values: Sequence[float]) -> str:

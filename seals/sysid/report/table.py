@@ -86,6 +86,11 @@ def _entry(
     candidate, gain = tried.candidates[-1], gain_over(base, tried)
     status = _status(diagnosis, candidate)
     required = required_evidence(diagnosis.problem, base, candidate, surface_error=surface_error)
+    candidate_set = tried.fitter.candidate_set
+    out = []
+    for key, name in zip(candidate.keys, candidate.reported, strict=True):
+        spread = figure(tried.fit.spread(key), unit_of(candidate_set, key))
+        out.append(f"{name} = {figure(tried.fit.values[key])} ± {spread}")
     return Entry(
         name=candidate.name,
         words=candidate_words(candidate),
@@ -95,7 +100,7 @@ def _entry(
         error=gain.error,
         score=tried.score - base.score,
         required=required,
-        values=_values(candidate, tried),
+        values=", ".join(out),
         reason=_reason(diagnosis, base, tried, status, gain, required=required),
     )
 
@@ -192,15 +197,6 @@ def _beaten(
         else f"its score is {points(gap)} below that of {name}"
     )
     return f"{part}; odds {sure} against it"
-
-
-def _values(candidate: Candidate, tried: EvidenceHypothesis) -> str:
-    candidate_set = tried.fitter.candidate_set
-    out = []
-    for key, name in zip(candidate.keys, candidate.reported, strict=True):
-        spread = figure(tried.fit.spread(key), unit_of(candidate_set, key))
-        out.append(f"{name} = {figure(tried.fit.values[key])} ± {spread}")
-    return ", ".join(out)
 
 
 def _untried(diagnosis: Diagnosis) -> list[Entry]:

@@ -99,11 +99,17 @@ def dependences(found: Evidence, around: Conditions) -> tuple[Dependence, ...]:
         own = gain(nothing[False], constant[False], found)
         out.append(_made("constant", frame, np.zeros(1), own, own))
         for name, values in quantities(around).items():
-            if not _varies(name, values):
+            low, high = np.quantile(values, [0.05, 0.95])
+            least = _LEAST.get(name, 0.0)
+            if not bool(high - low > least * (float(values.mean()) if name == "throttle" else 1.0)):
                 continue
             # a function of time cannot be foretold for a stretch that was held out
             mixed = name in ("time", "battery")
-            weights = _media(values) if name == "medium" else hats(values)
+            weights = (
+                np.stack([1.0 - values, values, 4.0 * values * (1.0 - values)], axis=1)
+                if name == "medium"
+                else hats(values)
+            )
             after = _held(found, around, weights, frame, mixed)
             whole = gain(nothing[mixed], after, found)
             beyond = gain(constant[mixed], after, found)
@@ -207,17 +213,6 @@ def _held(
     basis = spread(around, weights, frame)
     table = Table(found, basis)
     return table.held_out(range(basis.shape[2]), ridge=widths(found, basis), mixed=mixed)
-
-
-def _media(wet: Floats) -> Floats:
-    """Weights of air, water, and the surface between them."""
-    return np.stack([1.0 - wet, wet, 4.0 * wet * (1.0 - wet)], axis=1)
-
-
-def _varies(name: str, values: Floats) -> bool:
-    low, high = np.quantile(values, [0.05, 0.95])
-    least = _LEAST.get(name, 0.0)
-    return bool(high - low > least * (float(values.mean()) if name == "throttle" else 1.0))
 
 
 def _made(name: str, frame: str, values: Floats, whole: Gain, beyond: Gain) -> Dependence:

@@ -134,7 +134,9 @@ class Evidence:
         shift = np.eye(table.shape[1])
         shift[m : m + p, -1] = -self.centre
         table = shift.T @ table @ shift
-        held = _even(table[:, m : m + p, m : m + p] + np.diag(self.precision))
+        block = table[:, m : m + p, m : m + p] + np.diag(self.precision)
+        level = np.einsum("wii->wi", block)
+        held: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
         keep = [*range(m), m + p]
         absorbed = np.linalg.solve(np.linalg.cholesky(held), table[:, m : m + p][:, :, keep])
         rest: Floats = table[:, keep][:, :, keep]
@@ -153,13 +155,6 @@ class Evidence:
         absorbed /= np.sqrt(level)[:, :, None]
         table: Floats = self.gram - np.matmul(absorbed.transpose(0, 2, 1), absorbed)
         return table
-
-
-def _even(block: Floats) -> Floats:
-    """Return a symmetric block with a lower bound on its diagonal."""
-    level = np.einsum("wii->wi", block)
-    out: Floats = block + 1e-12 * level[:, :, None] * np.eye(block.shape[1])
-    return out
 
 
 def evidence(problem: Problem, hypothesis: EvidenceHypothesis | None = None) -> Evidence:

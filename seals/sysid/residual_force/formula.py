@@ -16,7 +16,7 @@ from seals.sysid.residual_force.conditions import Conditions
 from seals.sysid.residual_force.evidence import Evidence
 from seals.sysid.residual_force.laws import DRIVEN
 from seals.sysid.residual_force.place import Pull, pull
-from seals.sysid.residual_force.regress import FLOOR, Gain, Table, gain
+from seals.sysid.residual_force.regress import FLOOR, Table, gain
 from seals.sysid.residual_force.residual import Residual
 from seals.sysid.residual_force.spectrum import Spectrum
 from seals.sysid.residual_force.spot import Spot, spot
@@ -108,7 +108,9 @@ def formula(
         term, held = judged
         step = gain(now, held, found)
         won = gain(before, held, found).share - gain(before, now, found).share
-        sure = step.total > max(2.0 * step.total_sd, 25.0) or _steady(step)
+        sure = step.total > max(2.0 * step.total_sd, 25.0) or (
+            step.total > 25.0 and float(np.mean(step.windows > -2.0)) > 0.8 and step.sure
+        )
         if won < found.policy.term_share or not sure:
             break
         chosen, now = [*chosen, term], held
@@ -126,11 +128,6 @@ def formula(
         share_sd=whole.share_sd,
         after=float(now.sum()) / (FLOOR * found.observed),
     )
-
-
-def _steady(step: Gain) -> bool:
-    """Return true if nearly all windows agree that a term helps."""
-    return step.total > 25.0 and float(np.mean(step.windows > -2.0)) > 0.8 and step.sure
 
 
 def _candidates(

@@ -59,7 +59,9 @@ def _world(scene: Scene, c: Coefficient, settings: Settings) -> Array:
 
 def _drag(scene: Scene, c: Coefficient, settings: Settings) -> Array:
     """Drag against the motion, with a power of the total speed."""
-    size = _size(scene.velocity, _STILL)
+    vector = scene.velocity
+    xp = namespace(vector)
+    size = xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True) + _STILL**2)
     return -c * scene.velocity * size ** (settings["drag_power"] - 1.0)
 
 
@@ -122,11 +124,6 @@ def _sine(scene: Scene, c: Coefficient, settings: Settings) -> Array:
     """Force or torque with the sine of time."""
     xp = namespace(scene.velocity)
     return c * xp.sin(settings["rate"] * scene.time) + scene.velocity * 0.0
-
-
-def _size(vector: Array, least: float) -> Array:
-    xp = namespace(vector)
-    return xp.sqrt(xp.sum(vector * vector, axis=1, keepdims=True) + least**2)
 
 
 FORCES: Mapping[str, Law] = {

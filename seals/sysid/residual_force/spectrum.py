@@ -84,6 +84,9 @@ def spectrum(found: Evidence, around: Conditions) -> Spectrum:
     best = int(np.argmax(near[axis]))
     tried = 6 * len(frequency) * 0.5
     noise = max(float(near[axis, best]) / float(level[axis, at]), 1e-9)
+    kind = "swing" if int(axis) < 3 else "shake"
+    basis = basis_of(kind, {"rate": 2.0 * np.pi * float(fine[best])}, around)
+    held = Table(found, basis).held_out(range(6))
     return Spectrum(
         frequency=frequency,
         gain=power.max(axis=0),
@@ -92,7 +95,7 @@ def spectrum(found: Evidence, around: Conditions) -> Spectrum:
         axis=AXES[int(axis)],
         amplitude=float(amplitude[axis, best]),
         chance=float(min(1.0, tried * np.exp(-contrast[axis, at]))),
-        share=_share(found, around, float(fine[best]), int(axis)),
+        share=gain(found.before, held, found).share,
         moving=_in_motion(around, float(fine[best]), span),
     )
 
@@ -117,14 +120,6 @@ def _gains(found: Evidence, around: Conditions, frequency: Floats) -> tuple[Floa
         a, b = (ss * c - cs * s) / det, (cc * s - cs * c) / det
         gain[axis], height[axis] = a * c + b * s, np.hypot(a, b)
     return gain, height
-
-
-def _share(found: Evidence, around: Conditions, frequency: float, axis: int) -> float:
-    """Held-out fraction explained by a sinusoid of force or torque along all axes."""
-    kind = "swing" if axis < 3 else "shake"
-    basis = basis_of(kind, {"rate": 2.0 * np.pi * frequency}, around)
-    held = Table(found, basis).held_out(range(6))
-    return gain(found.before, held, found).share
 
 
 def _background(power: Floats) -> Floats:

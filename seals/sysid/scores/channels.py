@@ -126,7 +126,9 @@ def channel_errors(nominal: EvidenceHypothesis, found: EvidenceHypothesis) -> Ch
                 rms=(_rms(first[:, :, i]), _rms(second[:, :, i]), _rms(third[:, :, i])),
             )
         )
-    return ChannelErrors(errors=tuple(sorted(out, key=lambda e: -_order(e.after))))
+    return ChannelErrors(
+        errors=tuple(sorted(out, key=lambda e: -(e.after if math.isfinite(e.after) else math.inf)))
+    )
 
 
 def band(windows: Windows, seen: int, *, standard_errors: float) -> float:
@@ -151,10 +153,6 @@ def band(windows: Windows, seen: int, *, standard_errors: float) -> float:
 def _rms(values: Floats) -> float:
     good = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(good**2))) if len(good) else math.nan
-
-
-def _order(level: float) -> float:
-    return level if math.isfinite(level) else math.inf
 
 
 def restarted(fitter: Fitter, values: Mapping[str, float]) -> tuple[Floats, Floats]:

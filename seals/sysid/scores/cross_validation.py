@@ -236,10 +236,11 @@ class CrossValidator:
         """Compare two hypotheses on held-out runs."""
         gains = worse.held_out_log_rms - better.held_out_log_rms
         policy = self.experiment.policy
+        counts = [self.independent(better, c) for c in self.experiment.train]
         return _margin(
             gains,
             worse.complexity_penalty - better.complexity_penalty,
-            self._expected(better),
+            float(np.mean([1.0 / (2.0 * n) for n in counts])),
             policy,
         )
 
@@ -273,11 +274,6 @@ class CrossValidator:
             self.experiment.policy,
         )
         return innovation if innovation.significant else margin
-
-    def _expected(self, hypothesis: ValidatedHypothesis) -> float:
-        """Expected scatter of the log error, from the independent samples of a run."""
-        counts = [self.independent(hypothesis, c) for c in self.experiment.train]
-        return float(np.mean([1.0 / (2.0 * n) for n in counts]))
 
     def independent(self, hypothesis: ValidatedHypothesis, case: int) -> float:
         """Effective number of independent samples in the residual of a run.

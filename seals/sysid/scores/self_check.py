@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seals.arrays import Floats
-from seals.batch import TwinState
 from seals.frames import exponential, multiply
 from seals.robot.whole_body import whole_body
 from seals.sysid.data.samples import Samples
 from seals.sysid.data.trajectory import Trajectory, posture_readings
-from seals.sysid.predictors.extended_model import ExtendedModel, nonzero
+from seals.sysid.predictors.extended_model import nonzero
 from seals.sysid.predictors.normal_equations import newton_step, reserve
 from seals.sysid.predictors.problem import linearise_model
 from seals.sysid.predictors.windows_fit import Fitter
@@ -93,14 +92,6 @@ def tipped(fitter: Fitter) -> float:
     return torque / inertia * float(np.sqrt(2.0 * min(vehicle.gust_time, span) * span**3 / 3.0))
 
 
-def _attitude(plant: ExtendedModel, state: TwinState, values: Mapping[str, float]) -> Floats:
-    """Measured attitude q_WB_xyzw: the true one, turned where an effect turns the pose."""
-    turn = plant.pose_turn(values, len(state.quaternion))
-    if turn is None:
-        return np.asarray(state.quaternion)
-    return np.asarray(multiply(state.quaternion, exponential(turn)))
-
-
 def simulated_readings(
     fitter: Fitter, values: Mapping[str, float]
 ) -> tuple[Samples, Trajectory] | None:
@@ -125,9 +116,12 @@ def simulated_readings(
             states[name][rows[:, k]] = getattr(state, name)
         after, rates = fine.advance(twin, state, rows[:, k], drive)
         read = fine.reading(state, rates, used)
+        turn = fine.pose_turn(used, len(state.quaternion))
         found = {
             **posture_readings(state, plant.vehicle.environment.water_level),
-            "orientation": _attitude(fine, state, used),
+            "orientation": np.asarray(state.quaternion)
+            if turn is None
+            else np.asarray(multiply(state.quaternion, exponential(turn))),
             "angular_velocity": read.angular_velocity,
             "specific_force": read.specific_force,
         }

@@ -264,26 +264,16 @@ class ChangePointSearch:
             )
             chosen = part.end
         falls = self.equations.fall(others[None] + found)[0]
-        return _interval(
-            log.time[places], falls / self.policy.temperature, float(log.time[chosen]), log.step
-        )
+        time = log.time[places]
+        odds = falls / self.policy.temperature
+        value = float(log.time[chosen])
+        step = log.step
+        edges = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
+        weight = np.exp(odds - odds.max()) * np.maximum(np.diff(edges), 1e-9)
+        reached = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
+        low, high = (float(np.interp(p, reached, edges)) for p in (_TAIL, 1.0 - _TAIL))
+        return Moment(value=value, low90=min(low, value - step), high90=max(high, value + step))
 
 
 _KINDS = 5.0
 """Ways in which an effect may act in a log: throughout, not at all, from, until, from until."""
-
-
-def _interval(time: Floats, odds: Floats, value: float, step: float) -> Moment:
-    """Return a time and its 90 % interval, from the likelihoods of all possible times.
-
-    Args:
-        time: places, ascending [s], shape (N,).
-        odds: log of their likelihoods, shape (N,).
-        value: the chosen one [s].
-        step: between rows, the least uncertainty [s].
-    """
-    edges = np.concatenate([time[:1], 0.5 * (time[1:] + time[:-1]), time[-1:]])
-    weight = np.exp(odds - odds.max()) * np.maximum(np.diff(edges), 1e-9)
-    reached = np.concatenate([[0.0], np.cumsum(weight)]) / weight.sum()
-    low, high = (float(np.interp(p, reached, edges)) for p in (_TAIL, 1.0 - _TAIL))
-    return Moment(value=value, low90=min(low, value - step), high90=max(high, value + step))

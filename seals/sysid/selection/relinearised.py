@@ -48,7 +48,11 @@ def relinearise(
     least = max(least, hopeful(out[0].score, base)) if out else least
     # a fit that was caught on its way stands near its own values already, and takes no place
     most = problem.budget.relinearised
-    still = [i for i, h in enumerate(out) if not _about_own_values(h)]
+    still = [
+        i
+        for i, h in enumerate(out)
+        if not any(key in h.fitter.at for key in h.candidates[-1].all_keys)
+    ]
     places = sorted({*range(len(out[:most])), *still[:most]})
     chosen = [i for i in places if out[i].score > least]
 
@@ -72,11 +76,6 @@ def relinearise(
             if loser is not None:
                 loser.fitter.release()
     return sorted(out, key=lambda h: -h.score)
-
-
-def _about_own_values(hypothesis: EvidenceHypothesis) -> bool:
-    """Return true if the effect that was added last has values in the linearisation."""
-    return any(key in hypothesis.fitter.at for key in hypothesis.candidates[-1].all_keys)
 
 
 def refit_about_own_values(

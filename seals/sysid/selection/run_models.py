@@ -70,7 +70,11 @@ class _RunModels:
             return self.accepted(best, pairs)[0] or best, pairs
         if len(best.candidates) < 2:
             return best, ()
-        fewer = self._reduced(best)
+        sets = []
+        for i, candidate in enumerate(best.candidates):
+            rest = best.candidates[:i] + best.candidates[i + 1 :]
+            sets.append((rest, self.validator.without(best, candidate)))
+        fewer = self.validator.fitted(sets)
         spare = [h for h in fewer if not self.validator.margin(best, h).significant]
         return ranked(spare)[0] if spare else best, fewer
 
@@ -83,14 +87,6 @@ class _RunModels:
         known = set(best.candidates)
         pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if {a, b} != known]
         return [(pair, None) for pair in pairs]
-
-    def _reduced(self, best: ValidatedHypothesis) -> list[ValidatedHypothesis]:
-        """Fit the model without each of its effects in turn."""
-        sets = []
-        for i, candidate in enumerate(best.candidates):
-            rest = best.candidates[:i] + best.candidates[i + 1 :]
-            sets.append((rest, self.validator.without(best, candidate)))
-        return self.validator.fitted(sets)
 
 
 def search_runs(experiment: Experiment, *, tell: Tell | None = None) -> RunsSearch:

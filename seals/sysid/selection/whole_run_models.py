@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Sequence
+from typing import TypeAlias
 
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.data.trajectory import Trajectory
@@ -89,15 +89,6 @@ class WholeRunModels:
         """Return the best model unchanged: an impact alone does not distinguish two effects."""
         return best, ()
 
-    def _shared(
-        self, work: Callable[[Any], LinearisedModel], items: Sequence[Any]
-    ) -> list[LinearisedModel]:
-        """Distribute work over the processes."""
-        found: list[LinearisedModel] = spread(work, items, self.processes)
-        for one in found:
-            one.fitter.attach(self.integrator)
-        return found
-
     def hypothesis(
         self, candidates: Sequence[Candidate], found: LinearisedModel
     ) -> EvidenceHypothesis:
@@ -172,7 +163,12 @@ class WholeRunModels:
         return LinearisedModel(fitter=base.fitter, fit=fit, disturbance=base.disturbance)
 
     def _spread(self, jobs: Sequence[LinearisedModel], rounds: int) -> list[LinearisedModel]:
-        return self._shared(lambda job: converged(job, rounds=rounds), jobs)
+        found: list[LinearisedModel] = spread(
+            (lambda job: converged(job, rounds=rounds)), jobs, self.processes
+        )
+        for one in found:
+            one.fitter.attach(self.integrator)
+        return found
 
 
 def whole_run_models(problem: Problem, *, asked: float, processes: int) -> WholeRunModels:

@@ -66,7 +66,16 @@ def add(config: Any) -> int:
     source = sources(given.places)
     _refuse_other_logs(logs, logs_of({"log": source}))
     content = overlay_of(finding, _base(config.base), source=source)
-    _refuse_more_than_data(read_overlay({"name": target.stem, "file": str(target), **content}))
+    overlay = read_overlay({"name": target.stem, "file": str(target), **content})
+    parts: list[Any] = [*overlay.effects.values(), *filter(None, [overlay.waves])]
+    for part in parts:
+        kind: Any = type(part)
+        for name, role in roles_of(kind).items():
+            if role is not Role.data and getattr(part, name) != getattr(kind(), name):
+                raise ConfigError(
+                    f"the diagnosis sets {name} of {kind.__name__}, which is not data.\n"
+                    "Diagnose the log again; answers set only data."
+                )
     option = target.stem if target.parent == Path("models") else str(target)
     target.parent.mkdir(parents=True, exist_ok=True)
     write_overlay(
@@ -86,19 +95,6 @@ def add(config: Any) -> int:
     command = f"seals verify log=ANOTHER_LOG {typed('model', option)}{given.robot_words}"
     print(f"Next, on a log that was not fitted:\n  {command}")
     return 0
-
-
-def _refuse_more_than_data(overlay: Overlay) -> None:
-    """Refuse an answer whose model sets a path, an address or a permission of an effect."""
-    parts: list[Any] = [*overlay.effects.values(), *filter(None, [overlay.waves])]
-    for part in parts:
-        kind: Any = type(part)
-        for name, role in roles_of(kind).items():
-            if role is not Role.data and getattr(part, name) != getattr(kind(), name):
-                raise ConfigError(
-                    f"the diagnosis sets {name} of {kind.__name__}, which is not data.\n"
-                    "Diagnose the log again; answers set only data."
-                )
 
 
 def _refuse_other_logs(diagnosed: Mapping[str, str], given: Mapping[str, str]) -> None:

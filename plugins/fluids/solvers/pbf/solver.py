@@ -118,10 +118,12 @@ class _SubstepPipeline(DevicePipeline):
         for k in range(most):
             self.kernels.iteration(k, k == 0, moving)
             done += 1
-            if self.settings.tolerance > 0 and k and self._residual() < self.settings.tolerance:
+            if (
+                self.settings.tolerance > 0
+                and k
+                and (self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1))
+                < self.settings.tolerance
+            ):
                 break
         self.kernels.finish(moving)
         return done + warm
-
-    def _residual(self) -> float:
-        return self.sums(velocity=1).residual / max(int(self.numbers.count[None]), 1)
