@@ -119,7 +119,14 @@ def upright(log: Log) -> Floats:
 def _draw(folder: Path, record: Record, settings: RunSettings) -> None:
     """Write figure, ledger plot and a sheet of pictures into the folder of a run."""
     log, thing = record.log, next(iter(settings.objects))
-    marks = _stage_marks(record.stages.starts, float(log.time[-1]))
+    starts = record.stages.starts
+    end = float(log.time[-1])
+    stages, free = [], 0.0
+    for time, name in starts:
+        fits = time >= free and name != "done"
+        stages.append(Mark(at=time, label=name if fits else ""))
+        free = time + 0.013 * end * (len(name) + 1) if fits else free
+    marks = tuple(stages)
     # the heights of robot and object over time
     e = settings.environment
     levels = {"water": e.water_level, "bottom": e.tank_bottom, "land": e.ground_level}
@@ -142,16 +149,6 @@ def _draw(folder: Path, record: Record, settings: RunSettings) -> None:
     times = stage_times(log)
     pictures = draw_frames(log, settings, list(times.values()), View())
     write_sheet(folder / "stages.png", dict(zip(times, pictures, strict=True)))
-
-
-def _stage_marks(starts: Sequence[tuple[float, str]], end: float) -> tuple[Mark, ...]:
-    """Return a mark at the start of every stage; those too close to the last label have none."""
-    marks, free = [], 0.0
-    for time, name in starts:
-        fits = time >= free and name != "done"
-        marks.append(Mark(at=time, label=name if fits else ""))
-        free = time + 0.013 * end * (len(name) + 1) if fits else free
-    return tuple(marks)
 
 
 def _forces(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:

@@ -38,16 +38,6 @@ class _Judged(NamedTuple):
         return f"{won} of {self.episodes} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
-def _outcome(tables: Tables) -> list[dict[int, _Judged]]:
-    """Return what each policy did by the number of the world, seeds first."""
-    numbers = tables.episodes["policy"]
-    found = []
-    for number in sorted(set(numbers), key=lambda n: (n < 0, abs(n))):
-        rows = {k: values[numbers == number] for k, values in tables.episodes.items()}
-        found.append({int(w): _judged(int(number), rows, w) for w in np.unique(rows["world"])})
-    return found
-
-
 def _judged(number: int, rows: dict[str, Floats], world: float) -> _Judged:
     names = {value: name for name, value in BESIDE.items()}
     here = {k: values[rows["world"] == world] for k, values in rows.items()}
@@ -71,7 +61,11 @@ def table_of(tables: Tables, worlds: Sequence[str], *, enough: float) -> str:
         worlds: names of the other worlds.
         enough: share of its held-out starts that a seed is asked for [1].
     """
-    found = _outcome(tables)
+    numbers = tables.episodes["policy"]
+    found = []
+    for seed in sorted(set(numbers), key=lambda n: (n < 0, abs(n))):
+        rows = {k: values[numbers == seed] for k, values in tables.episodes.items()}
+        found.append({int(w): _judged(int(seed), rows, w) for w in np.unique(rows["world"])})
     head, columns = ["policy"], [[one[min(one)].policy for one in found]]
     for number, world in enumerate(("", *worlds)):
         here = [one.get(number) for one in found]

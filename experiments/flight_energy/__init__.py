@@ -107,7 +107,11 @@ def fly(settings: RunSettings) -> Balance:
             kinematics = Kinematics(actor.robot.tree, poses.origins, poses.rotations)
             moving = kinematics.move(poses.speed)
             twists.append(moving.twists[0])
-            energy = _energy(actor, poses.origins[0], poses.rotations[0], moving.twists[0])
+            speeds = moving.twists[0]
+            robot = actor.robot
+            kinetic = 0.5 * np.einsum("lk,lkm,lm->", speeds, robot.spatial_inertia, speeds)
+            heights = poses.origins[0][:, 2] + (poses.rotations[0][:, 2] * robot.centre).sum(axis=1)
+            energy = float(kinetic + actor.gravity * (robot.mass @ heights))
             world.step()
             rows.append((world.time - step, energy, *_rotors(actor), actor.battery_state()))
         columns = [np.array(column) for column in zip(*rows, strict=True)]
@@ -131,14 +135,6 @@ def fly(settings: RunSettings) -> Balance:
         )
     finally:
         world.close()
-
-
-def _energy(actor: Actor, origins: Floats, turns: Floats, twists: Floats) -> float:
-    """Kinetic and potential energy of all links [J]."""
-    robot = actor.robot
-    kinetic = 0.5 * np.einsum("lk,lkm,lm->", twists, robot.spatial_inertia, twists)
-    heights = origins[:, 2] + (turns[:, 2] * robot.centre).sum(axis=1)
-    return float(kinetic + actor.gravity * (robot.mass @ heights))
 
 
 def _rotors(actor: Actor) -> tuple[float, float]:

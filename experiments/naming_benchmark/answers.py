@@ -77,7 +77,10 @@ class Regression:
                  for i in range(len(keys))]  # fmt: skip
         groups = {(c.name, c.label): tuple(keys.index(k) for k in c.all_keys) for c in candidates}
         freedom = {name: len(columns) for name, columns in groups.items()}
-        curved = _curved(problem)
+        fitter = problem.fitter
+        base = EvidenceHypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
+        bent = initial_guesses(problem, base, problem.plant.candidate_set.candidates)
+        curved = {candidate.name: start for candidate, start in reversed(bent)}
         for name, start in curved.items():
             found: Prediction = predict(plant, trajectory, start)
             groups[name, name] = (len(table),)
@@ -129,14 +132,6 @@ def _ridge(columns: Floats, residual: Floats, ridge: float = 1e-9) -> tuple[Floa
     matrix = unit.T @ unit + ridge * np.eye(len(scale))
     scaled: Floats = np.linalg.solve(matrix, unit.T @ residual)
     return scaled / scale, scaled
-
-
-def _curved(problem: Problem) -> dict[str, dict[str, float]]:
-    """Starting values of effects that have no response about zero: a tether, waves."""
-    fitter = problem.fitter
-    base = EvidenceHypothesis(candidates=(), fit=fitter.start(()), fitter=fitter, score=0.0)
-    found = initial_guesses(problem, base, problem.plant.candidate_set.candidates)
-    return {candidate.name: start for candidate, start in reversed(found)}
 
 
 Kept = NDArray[np.int64]

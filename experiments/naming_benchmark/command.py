@@ -43,7 +43,14 @@ def benchmark(arguments: list[str]) -> int:
     rival = [*rivals.installed(), *([rivals.MUJOCO] if "mujoco" in given else [])]
     known = [rivals.OURS, *rivals.NEEDS, rivals.MUJOCO]
     methods = _list(given, "methods", known, default=[rivals.OURS, *rival])
-    _refuse_absent([m for m in methods if m not in (rivals.OURS, *rival)])
+    names = [m for m in methods if m not in (rivals.OURS, *rival)]
+    for absent in names:
+        if absent == rivals.MUJOCO:
+            raise ConfigError(f"{absent} needs mujoco=PYTHON.\n{rivals.ADVICE}")
+        package = rivals.NEEDS[absent]
+        raise ConfigError(
+            f"{absent} needs {package}, which is not installed.\npip install 'aam-seals[benchmark]'"
+        )
     for name in logs:
         missing = [m for m in methods if not (out / m / f"{name}.json").exists()]
         strange = [m for m in _all_methods(out) if _unplaced(out / m / f"{name}.json")]
@@ -85,16 +92,6 @@ def _list(
     for word in words:
         refuse_unlisted(word, known, f"{key}: there is no '{word}'")
     return words
-
-
-def _refuse_absent(names: Sequence[str]) -> None:
-    for name in names:
-        if name == rivals.MUJOCO:
-            raise ConfigError(f"{name} needs mujoco=PYTHON.\n{rivals.ADVICE}")
-        package = rivals.NEEDS[name]
-        raise ConfigError(
-            f"{name} needs {package}, which is not installed.\npip install 'aam-seals[benchmark]'"
-        )
 
 
 def _all_methods(out: Path) -> list[str]:

@@ -91,7 +91,12 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
     script = Path(__file__).with_name("mujoco_sysid.py")
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
-        columns = {k: _filled(log.time, v) for k, v in log.columns.items() if k != "t"}
+        columns = {}
+        for k, v in log.columns.items():
+            if k != "t":
+                # without gaps: straight between samples
+                t, good = log.time, np.isfinite(v)
+                columns[k] = np.interp(t, t[good], v[good]) if good.any() else np.zeros(len(v))
         table = np.column_stack([log.time, *columns.values()])
         head = ",".join(("t", *columns))
         np.savetxt(place / "log.csv", table, delimiter=",", header=head, comments="", fmt="%.9g")
@@ -114,9 +119,3 @@ def by_mujoco(log: Log, python: str) -> dict[str, Any] | None:
 ADVICE = (
     "Give an interpreter that has it: python -m venv rival && rival/bin/pip install 'mujoco[sysid]'"
 )
-
-
-def _filled(time_of: Any, values: Any) -> Any:
-    """Return a column without gaps: straight between samples."""
-    good = np.isfinite(values)
-    return np.interp(time_of, time_of[good], values[good]) if good.any() else np.zeros(len(values))

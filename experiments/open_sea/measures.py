@@ -99,7 +99,12 @@ def _forces(tow: Tow) -> dict[str, tuple[float, float]]:
         basis = np.stack([np.ones_like(angle), np.cos(angle), np.sin(angle)], axis=1)
         found = np.linalg.lstsq(basis, tow.force[late], rcond=None)[0]
         size = float(2.0 / np.pi * np.hypot(found[1], found[2]).max())
-    share, jumps, twins = size / 100.0, _jumps(tow, late), tow.twins
+    rows = np.flatnonzero(tow.shifted.astype(bool) & late)
+    rows = rows[rows < len(tow.time) - BLINK]
+    steps = [
+        tow.force[k : k + BLINK].mean(axis=0) - tow.force[k - BLINK : k].mean(axis=0) for k in rows
+    ]
+    share, jumps, twins = size / 100.0, np.array(steps).reshape(-1, 3), tow.twins
     calm = np.diff(tow.force, axis=0)[late[1:] & ~tow.shifted[1:].astype(bool)]
     error = jumps.std(axis=0) / np.sqrt(len(jumps))
     out = {
@@ -128,13 +133,3 @@ def _most(x: Floats) -> float:
 
 def _rms(x: Floats) -> float:
     return float(np.sqrt((x**2).mean()))
-
-
-def _jumps(tow: Tow, late: Floats) -> Floats:
-    """Mean force after each shift less that before it [N], shape (n, 3)."""
-    rows = np.flatnonzero(tow.shifted.astype(bool) & late)
-    rows = rows[rows < len(tow.time) - BLINK]
-    out = [
-        tow.force[k : k + BLINK].mean(axis=0) - tow.force[k - BLINK : k].mean(axis=0) for k in rows
-    ]
-    return np.array(out).reshape(-1, 3)

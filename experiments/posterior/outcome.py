@@ -119,7 +119,20 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
     whole = set.intersection(*(seeds for seeds in ended.values() if seeds))
     found = {a: {s: every[a][s] for s in sorted(whole)} for a in every if ended[a]}
     last = {arm: {s: steps[final] for s, steps in seeds.items()} for arm, seeds in found.items()}
-    rows = [_row(table, arm, last[arm], final) for arm in found]
+    rows = []
+    for arm in found:
+        shares = last[arm]
+        here = (table["arm"] == ARMS.index(arm)) & (table["step"] == final)
+        away = f"{np.median(table['distance'][here & np.isin(table['seed'], list(shares))]):.3f}"
+        of_each = list(shares.values())
+        rows.append(
+            (
+                f"`{arm}`",
+                f"{np.mean(of_each):.3f}",
+                ", ".join(f"{share:.2f}" for share in of_each),
+                away,
+            )
+        )
     pairs = []
     for better, worse in PAIRS:
         if better in last and worse in last:
@@ -130,20 +143,6 @@ def tell(table: Mapping[str, Floats], out: Path) -> str:
     head = ("arm", "success, mean of seeds", "of each seed", "final distance, median [m]")
     apart_head = ("difference", "of success (95 %)", "seeds", "verdict")
     return markdown(head, rows) + "\n" + markdown(apart_head, pairs)
-
-
-def _row(
-    table: Mapping[str, Floats], arm: str, shares: Mapping[int, float], final: int
-) -> tuple[str, ...]:
-    here = (table["arm"] == ARMS.index(arm)) & (table["step"] == final)
-    away = f"{np.median(table['distance'][here & np.isin(table['seed'], list(shares))]):.3f}"
-    of_each = list(shares.values())
-    return (
-        f"`{arm}`",
-        f"{np.mean(of_each):.3f}",
-        ", ".join(f"{share:.2f}" for share in of_each),
-        away,
-    )
 
 
 def _chart(found: Mapping[str, Mapping[int, Mapping[int, float]]]) -> Chart:

@@ -34,7 +34,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     settings = run_settings([*OVERRIDES, *given.overrides])
     rows = soaked(out, settings, given.steps, given.overrides)
     found = figures(rows)
-    show_table(out, _table(found))
+    bounds = {
+        "rows that are not finite": "0",
+        "growth of memory after the start [%]": f"{100.0 * GROWTH:g}",
+        "gap of the energy balance, by the energy moved [%]": f"{100.0 * GAP:g}",
+    }
+    lines = [(name, f"{value:.6g}", bounds.get(name, "")) for name, value in found.items()]
+    show_table(out, markdown(("figure", "value", "bound"), lines))
     # energy balance and memory over the steps; a height at every 1,000th step would be a scribble
     steps = np.array([row["step"] / 1000.0 for row in rows])
     gap = np.array([100.0 * row["gap_J"] / row["moved_J"] for row in rows])
@@ -91,14 +97,3 @@ def kept(found: dict[str, float]) -> bool:
         and found["growth of memory after the start [%]"] <= 100.0 * GROWTH
         and abs(found["gap of the energy balance, by the energy moved [%]"]) <= 100.0 * GAP
     )
-
-
-def _table(found: dict[str, float]) -> str:
-    """Return the figures as a table in Markdown."""
-    bounds = {
-        "rows that are not finite": "0",
-        "growth of memory after the start [%]": f"{100.0 * GROWTH:g}",
-        "gap of the energy balance, by the energy moved [%]": f"{100.0 * GAP:g}",
-    }
-    rows = [(name, f"{value:.6g}", bounds.get(name, "")) for name, value in found.items()]
-    return markdown(("figure", "value", "bound"), rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -92,7 +92,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     push[: len(wrench)] = wrench
     fossen, particles = records["fossen"].log, records["particles"].log
     both = _Both(fossen.time[:rows], fossen, particles, push)
-    show_table(out, _table(both.differences()))
+    lines = [(name, f"{a:.4g}", f"{b:.4g}") for name, (a, b) in both.differences().items()]
+    show_table(out, markdown(("figure", "fossen", "particles"), lines))
     _draw(out / "figure.png", both)
     return 0
 
@@ -132,9 +133,3 @@ def _draw(path: Path, both: _Both) -> None:
             lines("Difference in height", "[m]", both.time, apart),
         ],
     )
-
-
-def _table(found: Mapping[str, tuple[float, float]]) -> str:
-    """Return the figures as a table in Markdown."""
-    rows = [(name, f"{a:.4g}", f"{b:.4g}") for name, (a, b) in found.items()]
-    return markdown(("figure", "fossen", "particles"), rows)

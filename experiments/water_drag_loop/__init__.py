@@ -87,7 +87,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _write(out, nominal, [], {}, codes)
         return 1
     term = below_the_grid(out / "models" / "towed.yaml")
-    judged = [_judged(s, tank, given.overrides, term) for s in JUDGED]
+    judged, more = [], given.overrides
+    for s in JUDGED:
+        until = s[-1][0]
+        bare = towed_in_particles(s, tank, until=until, more=more, label="unseen tow")
+        words = [*more, *overrides_of(term)]
+        helped = towed_in_particles(s, tank, until=until, more=words, label="with the term")
+        judged.append(_Judged(s, towed(s, until=until, row=0.004), bare, helped))
     _write(out, nominal, judged, term, codes)
     _draw(out / "figure.png", judged)
     return 0 if all(j.error(j.helped) <= HALF * j.error(j.bare) for j in judged) else 1
@@ -142,14 +148,6 @@ def overrides_of(term: dict[str, float]) -> list[str]:
         words += [f"+effect@{at}=formula", f"{at}.medium=water", f"{at}.correction=true"]
         words += [f"{at}.drag_x={value}", f"{at}.drag_power={POWERS[name]}"]
     return words
-
-
-def _judged(steps: Steps, tank: Tank, more: Sequence[str], term: dict[str, float]) -> _Judged:
-    until = steps[-1][0]
-    bare = towed_in_particles(steps, tank, until=until, more=more, label="unseen tow")
-    words = [*more, *overrides_of(term)]
-    helped = towed_in_particles(steps, tank, until=until, more=words, label="with the term")
-    return _Judged(steps, towed(steps, until=until, row=0.004), bare, helped)
 
 
 def _write(

@@ -139,7 +139,9 @@ def nominal_of(courses: list[Course]) -> Nominal:
     """
     rows, sides = [], []
     for c in courses:
-        force = _lagged(c)
+        force, keep = np.zeros_like(c.command), np.exp(-np.diff(c.time) / LAG)
+        for row, kept in enumerate(keep):
+            force[row + 1] = c.command[row] + (force[row] - c.command[row]) * kept
         h = float(c.time[1] - c.time[0])
         n = round(SPAN / h)
         square = c.velocity * np.abs(c.velocity)
@@ -152,14 +154,6 @@ def nominal_of(courses: list[Course]) -> Nominal:
     left = np.array(rows) @ found - np.array(sides)
     added, quadratic = (float(x) for x in found)
     return Nominal(added, quadratic, float(np.sqrt(np.mean(left**2))) / SPAN)
-
-
-def _lagged(course: Course) -> Floats:
-    """The towing force behind its commands [N]."""
-    out, keep = np.zeros_like(course.command), np.exp(-np.diff(course.time) / LAG)
-    for k, kept in enumerate(keep):
-        out[k + 1] = course.command[k] + (out[k] - course.command[k]) * kept
-    return out
 
 
 def write_measurement(folder: Path, course: Course, nominal: Nominal, *, seed: int) -> Path:

@@ -158,7 +158,15 @@ class Gusts(Effect):
         # a wave drawn from the very end of the spectrum would be of no length
         shares[:, -1] = 1.0 - 0.5 / self.waves
         along, across = _DENSITIES[self.spectrum]
-        found = [_quantiles(f, s) for f, s in zip((along, across, across), shares, strict=True)]
+        found = []
+        for f, s in zip((along, across, across), shares, strict=True):
+            # by d(ln x), from a share of 1e-7 below the first node to one of 1e-6 above the last
+            x = np.exp(np.linspace(math.log(1e-7), math.log(1e9), 20_001))
+            rate = f(x) * x
+            whole = np.concatenate(
+                [[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(np.log(x)))]
+            )
+            found.append(np.interp(s, whole / whole[-1], x))
         phase = draw.uniform(0.0, 2.0 * math.pi, (1, 3 * self.waves))
         return {"scaled": np.concatenate(found)[None], "phase": phase}
 
@@ -195,12 +203,3 @@ _DENSITIES: dict[GustSpectrum, tuple[_Density, _Density]] = {
     ),
 }
 """Spectra over x = k L for s = L = 1, along and across; each integrates to 1."""
-
-
-def _quantiles(density: _Density, shares: Floats) -> Floats:
-    """Return x below which the spectrum holds the given shares of the variance, shape (n,)."""
-    # by d(ln x), from a share of 1e-7 below the first node to one of 1e-6 above the last
-    x = np.exp(np.linspace(math.log(1e-7), math.log(1e9), 20_001))
-    rate = density(x) * x
-    whole = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(np.log(x)))])
-    return np.interp(shares, whole / whole[-1], x)

@@ -158,7 +158,15 @@ class RadiationMemory(Effect):
         before = memory[:, :count], memory[:, count:]
         driven = weight * twist
         pushed = driven @ entry[0, 0, :, :], driven @ entry[0, 1, :, :]
-        after = _advanced(before, rate, pushed, inputs.step)
+        step = inputs.step
+        (x, y), (u, v) = before, pushed
+        half, turn = 0.5 * step * rate[0:1, :], 0.5 * step * rate[1:2, :]
+        right = x * (1.0 + half) - y * turn + step * u, y * (1.0 + half) + x * turn + step * v
+        size = (1.0 - half) ** 2 + turn**2
+        after = (
+            (right[0] * (1.0 - half) - right[1] * turn) / size,
+            (right[1] * (1.0 - half) + right[0] * turn) / size,
+        )
         real, imaginary = (0.5 * (a + b) for a, b in zip(before, after, strict=True))
         both = real @ out[0, 0, :, :].T - imaginary @ out[0, 1, :, :].T
         wrench = -params["strength"] * weight * both
@@ -171,20 +179,6 @@ def _weight(submersion: Array, floating: Array) -> Array:
     lack = xp.clip((floating - submersion) / floating, 0.0, None)
     surplus = xp.clip((submersion - floating) / (1.0 - floating), 0.0, None)
     return 1.0 - (lack + surplus) ** 2
-
-
-def _advanced(
-    state: tuple[Array, Array], rate: Array, driven: tuple[Array, Array], step: float
-) -> tuple[Array, Array]:
-    """Advance the complex states z' = a z + u by the trapezoidal rule, u held, which is passive."""
-    (x, y), (u, v) = state, driven
-    half, turn = 0.5 * step * rate[0:1, :], 0.5 * step * rate[1:2, :]
-    right = x * (1.0 + half) - y * turn + step * u, y * (1.0 + half) + x * turn + step * v
-    size = (1.0 - half) ** 2 + turn**2
-    return (
-        (right[0] * (1.0 - half) - right[1] * turn) / size,
-        (right[1] * (1.0 - half) + right[0] * turn) / size,
-    )
 
 
 def _modes_of(

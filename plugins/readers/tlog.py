@@ -99,7 +99,13 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
             raise LogError(
                 f"'{where}' holds more than {_MOST_PACKETS:,} packets and gaps.\nCut it."
             )
-        size = _size(raw, place)
+        begin = place + _STAMP
+        header = _HEADER.get(raw[begin])
+        if header is None or not _looks_like(raw[place : begin + 3]):
+            size = 0
+        else:
+            signed = raw[begin] == _V2 and raw[begin + 2] & _SIGNED
+            size = _STAMP + header + raw[begin + 1] + 2 + (_SIGNATURE if signed else 0)
         if not size or place + size > end:
             after = _NEXT.search(raw, place + 1)
             strange += (after.start() if after else end) - place
@@ -120,16 +126,6 @@ def parse(raw: bytes, *, where: str) -> dict[tuple[int, int, str], Packets]:
             "Use the original file of the ground station."
         )
     return _joined(np.frombuffer(raw, dtype=np.uint8), places, known)
-
-
-def _size(raw: bytes, place: int) -> int:
-    """Return the length of a time and the packet behind it; zero if there is none."""
-    start = place + _STAMP
-    header = _HEADER.get(raw[start])
-    if header is None or not _looks_like(raw[place : start + 3]):
-        return 0
-    signed = raw[start] == _V2 and raw[start + 2] & _SIGNED
-    return _STAMP + header + raw[start + 1] + 2 + (_SIGNATURE if signed else 0)
 
 
 def _joined(

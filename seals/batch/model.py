@@ -21,7 +21,7 @@ from seals.environment.sampler import build_surroundings, tables_of
 from seals.environment.settings import EnvironmentSettings
 from seals.environment.waves import Waves
 from seals.environment.wetting import Wetting
-from seals.motion import Body, Inputs
+from seals.motion import Inputs
 from seals.multibody.equations import scatter
 from seals.multibody.kinematics import take
 from seals.pytree import mapped
@@ -109,7 +109,16 @@ class BatchDynamics:
         )
         change = _nominal_change(self.effects, robot, like, batch)
         if change is not None:
-            bodies = _changed(bodies, robot, like, change)
+            # found once for each link where it is one of each
+            count, rows = len(robot.links), bodies.mass.shape[0]
+            if change.shape[0] != count or rows == count:
+                bodies = changed(bodies, change)
+            else:
+                each, repeat = changed(robot.bodies(like), change), namespace(bodies.mass).repeat
+                mass, centre = (
+                    repeat(x, rows // count, axis=0) for x in (each.mass, each.centre_of_mass)
+                )
+                bodies = bodies._replace(mass=mass, centre_of_mass=centre)
         form = _form(robot)
         self.body: RigidBody | TreeBody = form(robot, self.evaluator, bodies, environment, change)
         self.memory: Mapping[str, Array] = self.zero_memory()
@@ -316,16 +325,6 @@ class BatchDynamics:
         k2, _ = body.stage(moved, time + step, end, self.memory, ahead=ahead, before=k1)
         self.memory = memory
         return rosenbrock(state, (k1, k2), step), k1
-
-
-def _changed(bodies: Body, robot: RobotModel, like: Array, change: Array) -> Body:
-    """Return bodies with a change of inertia, found once for each link where it is one of each."""
-    links, rows = len(robot.links), bodies.mass.shape[0]
-    if change.shape[0] != links or rows == links:
-        return changed(bodies, change)
-    each, repeat = changed(robot.bodies(like), change), namespace(bodies.mass).repeat
-    mass, centre = (repeat(x, rows // links, axis=0) for x in (each.mass, each.centre_of_mass))
-    return bodies._replace(mass=mass, centre_of_mass=centre)
 
 
 def _form(robot: RobotModel) -> type[RigidBody | TreeBody]:

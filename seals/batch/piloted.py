@@ -211,7 +211,11 @@ class PilotedTwin:
 
         def moved(held: Flight, now: Posture | None = None) -> Flight:
             now = self.twin.posture(held.state, held.time) if now is None else now
-            share = self._share(held.memory)
+            if self._full is None:
+                share = None
+            else:
+                voltage: Any = self.twin.evaluator.supplied(held.memory)
+                share = voltage / self._full
             return self._advance(held, self._drives.goal(goal, share), now, share)
 
         first = moved(flight._replace(control=control), posture)
@@ -255,12 +259,6 @@ class PilotedTwin:
     def merged(self, fresh: Flight, flight: Flight, ended: Array) -> Flight:
         """Return ``fresh`` flights where ``ended`` (B,) is set, else the present ones."""
         return Flight(*(_chosen(a, b, ended) for a, b in zip(fresh, flight, strict=True)))
-
-    def _share(self, memory: Mapping[str, Array]) -> Array | None:
-        if self._full is None:
-            return None
-        voltage: Any = self.twin.evaluator.supplied(memory)
-        return voltage / self._full
 
     def _advance(
         self, flight: Flight, goal: Array, posture: Posture | None, share: Array | None

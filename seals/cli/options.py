@@ -69,7 +69,10 @@ def keys_of(root: str) -> Iterator[Key]:
 
 
 def _keys(cls: type, stem: str, hidden: set[str]) -> Iterator[Key]:
-    hints, told = typing.get_type_hints(cls), _meanings(cls)
+    hints, told = typing.get_type_hints(cls), dict[str, str]()
+    for base in reversed(cls.__mro__[:-1]):
+        for entry, text in entries(base).items():
+            told[entry] = re.split(r"\.(?:\s|$)", text.replace("``", ""))[0]
     for field in dataclasses.fields(cls):
         name = field.name
         if name in hidden:
@@ -152,15 +155,6 @@ def choices(hint: Any) -> list[str]:
         return ["true", "false"]
     is_enum = isinstance(hint, type) and issubclass(hint, enum.Enum)
     return [str(one.value) for one in hint] if is_enum else []
-
-
-def _meanings(cls: type) -> dict[str, str]:
-    """Return the first sentence about each field, from the docstrings of a class and its bases."""
-    found: dict[str, str] = {}
-    for base in reversed(cls.__mro__[:-1]):
-        for name, text in entries(base).items():
-            found[name] = re.split(r"\.(?:\s|$)", text.replace("``", ""))[0]
-    return found
 
 
 def entries(cls: type) -> dict[str, str]:

@@ -28,7 +28,6 @@ from seals.logs.reader import logs_by
 from seals.logs.shipped import find_log
 from seals.logs.time_offset import delay_between
 from seals.robot.build import build_robot
-from seals.robot.model import RobotModel
 from seals.run.build import build_run
 
 # settings of the comparison itself; the others are those of a run
@@ -53,7 +52,22 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
     findings = {log.name: refuse_if_bad(log) for log in logs}
     robot = build_robot(settings.robot)
     groups = [[log] for log in logs] if settings.per_log else [list(logs)]
-    found = [_group(settings, robot, chosen) for chosen in groups]
+    found = []
+    for chosen in groups:
+        cases = cases_of(settings)(chosen, settings, robot)
+        step = settings.compare.step or step_of(cases)
+        variants = fit_variants(settings, robot, cases, step=step)
+        found.append(
+            Group(
+                name=chosen[0].name if settings.per_log else settings.name,
+                cases=cases,
+                variants=variants,
+                offsets={
+                    c.name: _offsets(c, variants[-1], k, settings.compare)
+                    for k, c in enumerate(cases)
+                },
+            )
+        )
     return Comparison(
         name=settings.name,
         model=f"{robot.name} with {', '.join(settings.effects)}",
@@ -63,20 +77,6 @@ def compare_logs(settings: CompareSettings, logs: Sequence[Log]) -> Comparison:
             log.name: f"{log.source} ({log.licence})" if log.licence else log.source for log in logs
         },
         seconds=time.perf_counter() - began,
-    )
-
-
-def _group(settings: CompareSettings, robot: RobotModel, logs: list[Log]) -> Group:
-    cases = cases_of(settings)(logs, settings, robot)
-    step = settings.compare.step or step_of(cases)
-    variants = fit_variants(settings, robot, cases, step=step)
-    return Group(
-        name=logs[0].name if settings.per_log else settings.name,
-        cases=cases,
-        variants=variants,
-        offsets={
-            c.name: _offsets(c, variants[-1], k, settings.compare) for k, c in enumerate(cases)
-        },
     )
 
 

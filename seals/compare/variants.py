@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,7 +81,12 @@ def fit_variants(
         SINGLE: list(settings.effects)
     }
     # a wrong name of the last variant is refused before the first is fitted
-    chosen = {name: _active(name, active, settings.effects) for name, active in variants.items()}
+    chosen = {}
+    for name, active in variants.items():
+        for effect in active:
+            said = f"ladder.{name}: there is no effect '{effect}'"
+            refuse_unlisted(effect, settings.effects, said)
+        chosen[name] = {n: e for n, e in settings.effects.items() if n in active}
     return [
         _variant(name, effects, settings, robot, cases, step=step)
         for name, effects in chosen.items()
@@ -136,9 +141,3 @@ def _variant(
         deviations=[deviation for _, deviation, _ in ordered],
         start_sigma=[sigma for _, _, sigma in ordered],
     )
-
-
-def _active(name: str, active: list[str], effects: Mapping[str, Effect]) -> dict[str, Effect]:
-    for effect in active:
-        refuse_unlisted(effect, effects, f"ladder.{name}: there is no effect '{effect}'")
-    return {n: e for n, e in effects.items() if n in active}

@@ -105,7 +105,10 @@ class PluginSource(ConfigSource):
                 )
             node = OmegaConf.create(load_overlay(path))
         elif group == "controller" and name.startswith(OWN):
-            node = _controller_option(name.removeprefix(OWN))
+            ((plugin, values),) = find_robot(name.removeprefix(OWN)).parts["controller"].values()
+            typed = _typed_node(schema_of(registry.get("controller", plugin)))
+            merged: Any = OmegaConf.merge({"controller": typed}, {"controller": values})
+            node = cast(Container, merged.controller)
         else:
             node = _typed_node(schema_of(registry.get(group, name)))
         return ConfigResult(
@@ -219,19 +222,6 @@ def _robot_option(name: str) -> Container:
         "summary": settings.summary,
     }
     return OmegaConf.create({"defaults": [*defaults, "_self_", *overrides], **body})
-
-
-def _controller_option(robot: str) -> Container:
-    """Return the controller stated in ``robot.yaml`` as a typed config node.
-
-    Raises:
-        SealsError: the robot, or the controller, is not there.
-        ConfigError: the controller has no such value.
-    """
-    ((plugin, values),) = find_robot(robot).parts["controller"].values()
-    node = _typed_node(schema_of(registry.get("controller", plugin)))
-    merged: Any = OmegaConf.merge({"controller": node}, {"controller": values})
-    return cast(Container, merged.controller)
 
 
 def _typed_node(schema: type) -> Container:

@@ -565,7 +565,12 @@ class CoupledBody(BodyOptions):
         if self._at_stop(joints) or self._at_stop(self._joints):
             self._speed, self._joints = HalfStep(raw), joints
             if self._base and self._base_inertia is not None:
-                self._move_back(self._base_inertia(), kick, step)
+                assert self._began is not None
+                turn = self._began.kinematics.rotations[0, 0]
+                back = -0.5 * step * locked_kick(self._base_inertia(), self._at_origin(kick, turn))
+                back[:3] += np.cross(back[3:], turn @ self.engine.reference)
+                self.engine.shift_base(back)
+                self.engine.set_velocity(self._speed.now, self._joints)
                 self._keep_momentum(before, step)
             return
         self._speed = self._speed.kicked(kick)
@@ -591,18 +596,6 @@ class CoupledBody(BodyOptions):
         self._forces.measure()
         self._forces.moved(fresh - now, step)
         return True
-
-    def _move_back(self, inertia: Floats, kick: Floats, step: float) -> None:
-        """Correct the pose of a robot at a joint stop to second order, without the stop's impulse.
-
-        Without it the robot would go h^2 a / 2 too far in every step at the stop.
-        """
-        assert self._began is not None
-        turn = self._began.kinematics.rotations[0, 0]
-        shift = -0.5 * step * locked_kick(inertia, self._at_origin(kick, turn))
-        shift[:3] += np.cross(shift[3:], turn @ self.engine.reference)
-        self.engine.shift_base(shift)
-        self.engine.set_velocity(self._speed.now, self._joints)
 
     def _keep_momentum(self, before: Floats, step: float) -> None:
         """Correct the velocity of the base at a joint stop, which leaves the momentum as it is.

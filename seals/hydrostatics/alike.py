@@ -61,7 +61,12 @@ class HullsAlike:
             level: heights above the link origins along the normals [m], shape (L, B).
         """
         xp, found = namespace(level), []
-        gather, shift, forms = self._on(level)
+        key = level.dtype, level.device
+        if key not in self._kept:
+            moved = as_like(self._shift[:, :, None], level) if self._shift.any() else None
+            hulls = [_stacked(parts, level) for _, parts in self._forms]
+            self._kept[key] = as_like(self._gather, level), moved, hulls
+        gather, shift, forms = self._kept[key]
         for (rows, _), hull in zip(self._forms, forms, strict=True):
             places = index_on(rows, level)
             own, height = xp.take(up, places, axis=0), xp.take(level, places, axis=0)
@@ -73,15 +78,6 @@ class HullsAlike:
         # sum v (x + shift) = sum v x + V shift; the waterplane stays where it is
         moved = total[1:4] + shift * total[:1]
         return xp.concat((total[:1], moved, total[4:]), axis=0)
-
-    def _on(self, like: Array) -> tuple[Array, Array | None, list[HullPlaced]]:
-        """Sums of parts by hull, shifts, and primitives with columns, made once for a device."""
-        key = like.dtype, like.device
-        if key not in self._kept:
-            shift = as_like(self._shift[:, :, None], like) if self._shift.any() else None
-            hulls = [_stacked(parts, like) for _, parts in self._forms]
-            self._kept[key] = as_like(self._gather, like), shift, hulls
-        return self._kept[key]
 
 
 def _parts(hull: Hull) -> tuple[Hull, ...]:

@@ -55,7 +55,17 @@ def _check_time(log: Log) -> list[Finding]:
     ]
     rising = steps[steps > 0.0]
     if rising.size:
-        found += _gaps(starts, steps, float(np.median(rising)))
+        median = float(np.median(rising))
+        gaps = steps > _GAP_STEPS * median
+        if gaps.any():
+            words = (
+                f"{gaps.sum()} gaps, the longest {steps.max():.6g} s, where the usual step is "
+                f"{median:.6g} s. Gaps are not interpolated."
+            )
+            where = _first(starts, gaps)
+            found += [
+                _time("gaps", words, severity=Severity.WARN, count=int(gaps.sum()), where=where)
+            ]
         found += _jitter(rising)
         found += _unit(float(np.median(rising)))
         found += _span(log, float(np.median(rising)))
@@ -118,18 +128,6 @@ def _short_segments(log: Log) -> list[Finding]:
     names = ", ".join(str(number) for number in short[:8])
     text = f"segments with fewer than {FEWEST_ROWS} rows: {names}. They will hardly count."
     return [_time("short_segment", text, severity=Severity.WARN, count=int(short.size))]
-
-
-def _gaps(starts: Floats, steps: Floats, median: float) -> list[Finding]:
-    gaps = steps > _GAP_STEPS * median
-    if not gaps.any():
-        return []
-    text = (
-        f"{gaps.sum()} gaps, the longest {steps.max():.6g} s, where the usual step is "
-        f"{median:.6g} s. Gaps are not interpolated."
-    )
-    where = _first(starts, gaps)
-    return [_time("gaps", text, severity=Severity.WARN, count=int(gaps.sum()), where=where)]
 
 
 def _jitter(rising: Floats) -> list[Finding]:

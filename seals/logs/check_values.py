@@ -89,20 +89,16 @@ def _accelerometer(log: Log) -> list[Finding]:
         )
         text += "Was gravity removed, or is the unit different?"
         return [_warn("rest_force", "specific_force", text, len(means))]
-    return _sign(log, means)
-
-
-def _sign(log: Log, means: Floats) -> list[Finding]:
     upward = float(np.median(means[:, 2])) / STANDARD_GRAVITY
     # with an attitude the world axis decides, in check_frames
     if upward > -0.8 or log.has("orientation"):
         return []
-    text = (
+    told = (
         f"at rest z reads {upward * STANDARD_GRAVITY:.4g} m/s^2 instead of +9.81: body axes with z "
         "down (FRD), or acceleration instead of specific force.\n"
         "Reverse y and z (FRD to FLU); ignore this if the vehicle lies upside down."
     )
-    return [_warn("frame_down", "specific_force", text, len(means))]
+    return [_warn("frame_down", "specific_force", told, len(means))]
 
 
 def _rates(log: Log) -> list[Finding]:

@@ -52,7 +52,10 @@ def without_false_readings(log: Log) -> tuple[Log, list[str]]:
     if "simulated" in log.meta:
         return log, []
     columns, said = dict(log.columns), list[str]()
-    moving = _changing(log)
+    # rows in which some other reading changes: where none does, the vehicle rests or all stop
+    moving = np.zeros(log.rows, dtype=bool)
+    for vector in (s for s in _VECTORS if log.has(s)):
+        moving |= ~_repeats(log, vector)
     for stem in (s for s in _VECTORS if log.has(s) and not CHANNELS[s].command):
         same = _repeats(log, stem) & moving
         begins = np.flatnonzero(~same)
@@ -110,14 +113,6 @@ def _leaps(log: Log, stem: str) -> NDArray[np.bool_]:
     far = away > max(_LEAP, _FAR * float(np.quantile(away, 0.95)), _FAR * usual)
     if np.mean(far) < _RARE:
         out[there[far]] = True
-    return out
-
-
-def _changing(log: Log) -> NDArray[np.bool_]:
-    """Rows in which some other reading changes: where none does, the vehicle rests or all stop."""
-    out = np.zeros(log.rows, dtype=bool)
-    for stem in (s for s in _VECTORS if log.has(s)):
-        out |= ~_repeats(log, stem)
     return out
 
 

@@ -64,7 +64,18 @@ class Log:
         if segment.size == 0:
             segment = np.zeros(rows, dtype=np.int64)
         segment.flags.writeable = False
-        _check_lengths(self.name, rows, {**columns, "segment": segment})
+        every = {**columns, "segment": segment}
+        if rows == 0:
+            raise LogError(
+                f"log '{self.name}' has no rows.\n"
+                "A header of column names is followed by rows of numbers."
+            )
+        wrong = {key: value.shape for key, value in every.items() if value.shape != (rows,)}
+        if wrong:
+            raise LogError(
+                f"log '{self.name}': columns must all have the {rows} rows of 't'; "
+                f"these differ: {wrong}"
+            )
         bad = first_bad_number(self.meta)
         if bad is not None:
             raise LogError(f"log '{self.name}': meta.{bad} is not a finite number.")
@@ -147,15 +158,3 @@ def _vector(log: str, key: str, value: ArrayLike) -> Floats:
         raise LogError(f"log '{log}': column '{key}' has shape {array.shape}, allowed is (rows,).")
     array.flags.writeable = False
     return array
-
-
-def _check_lengths(log: str, rows: int, columns: Mapping[str, NDArray[Any]]) -> None:
-    if rows == 0:
-        raise LogError(
-            f"log '{log}' has no rows.\nA header of column names is followed by rows of numbers."
-        )
-    wrong = {key: value.shape for key, value in columns.items() if value.shape != (rows,)}
-    if wrong:
-        raise LogError(
-            f"log '{log}': columns must all have the {rows} rows of 't'; these differ: {wrong}"
-        )

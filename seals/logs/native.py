@@ -67,7 +67,15 @@ def read_native(folder: str | Path) -> Log:
         )
     meta = read_meta(place / "meta.yaml")
     columns = read_parquet(table) if table.suffix == ".parquet" else read_csv_columns(table)
-    segment = _segment(table, columns.pop("segment", None))
+    values = columns.pop("segment", None)
+    if values is None:
+        segment = np.zeros(0, dtype=np.int64)
+    else:
+        if not np.all(
+            np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 2**53)
+        ):
+            raise LogError(f"'{table}': column 'segment' must contain an integer in every row.")
+        segment = values.astype(np.int64)
     source, licence = (str(meta.pop(key, "")) for key in _SIDE)
     name = place.resolve().name
     if "t" in columns:
@@ -191,11 +199,3 @@ def write_native(
     except (OSError, SealsError) as error:
         raise LogError(f"'{folder}' cannot be written: {error}") from error
     return Path(folder)
-
-
-def _segment(table: Path, values: Floats | None) -> Integers:
-    if values is None:
-        return np.zeros(0, dtype=np.int64)
-    if not np.all(np.isfinite(values) & (values == np.round(values)) & (np.abs(values) < 2**53)):
-        raise LogError(f"'{table}': column 'segment' must contain an integer in every row.")
-    return values.astype(np.int64)

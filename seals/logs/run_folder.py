@@ -98,7 +98,14 @@ def held(folder: Path) -> Iterator[bool]:
         yield False
         return
     folder.mkdir(parents=True, exist_ok=True)
-    _refuse_links(folder)
+    for path in (folder / name for name in (*_names(folder), MOVING)):
+        inside = os.scandir(path) if path.is_dir() and not path.is_symlink() else ()
+        linked = [path] if path.is_symlink() else [one.path for one in inside if one.is_symlink()]
+        if linked:
+            raise ConfigError(
+                f"{linked[0]} is a link that leads outside its run folder.\n"
+                "Replace the link by its target, or choose another folder: out=FOLDER"
+            )
     descriptor = _locked(folder)
     token = _HELD.set({**_HELD.get(), key: os.getpid()})
     try:
@@ -195,22 +202,6 @@ def open_own(path: Path, flags: int) -> int:
 
 def _strange(path: Path) -> ConfigError:
     return ConfigError(f"{path} is not a regular file.\nRemove it, or choose another folder.")
-
-
-def _refuse_links(folder: Path) -> None:
-    """Refuse a folder that holds links where a run writes, or moves files from.
-
-    Raises:
-        ConfigError: what is written there would be written elsewhere.
-    """
-    for path in (folder / name for name in (*_names(folder), MOVING)):
-        inside = os.scandir(path) if path.is_dir() and not path.is_symlink() else ()
-        linked = [path] if path.is_symlink() else [one.path for one in inside if one.is_symlink()]
-        if linked:
-            raise ConfigError(
-                f"{linked[0]} is a link that leads outside its run folder.\n"
-                "Replace the link by its target, or choose another folder: out=FOLDER"
-            )
 
 
 def _holder(path: Path) -> str:

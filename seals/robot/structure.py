@@ -184,7 +184,17 @@ def check_structure(path: Path, text: str, *, endless: bool = False) -> None:
                 f"Allowed: up to {_MOST_NAME} printable characters on one line, without '${{'."
             )
     for kind, elements in (("link", links), ("joint", joints)):
-        _unique(where, kind, elements)
+        names = [element.get("name", "") for element in elements]
+        if "" in names:
+            raise RobotError(f"{where}: a {kind} has no name.\nGive it one: <{kind} name=...>.")
+        twice = (
+            sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
+        )
+        if twice:
+            raise RobotError(
+                f"{where}: the {kind} '{twice[0]}' occurs twice.\n"
+                f"Give every {kind} a different name."
+            )
     for link in links:
         _link(f"{where}: link '{link.get('name')}'", link)
     for joint in joints:
@@ -212,17 +222,6 @@ def _parsed(where: str, text: str) -> Element:
             "A robot folder contains a URDF; seals new robot also takes xacro, SDF and MJCF."
         )
     return root
-
-
-def _unique(where: str, kind: str, elements: list[Element]) -> None:
-    names = [element.get("name", "") for element in elements]
-    if "" in names:
-        raise RobotError(f"{where}: a {kind} has no name.\nGive it one: <{kind} name=...>.")
-    twice = sorted({name for name in names if names.count(name) > 1}) if len(names) < 5000 else []
-    if twice:
-        raise RobotError(
-            f"{where}: the {kind} '{twice[0]}' occurs twice.\nGive every {kind} a different name."
-        )
 
 
 def _link(where: str, link: Element) -> None:

@@ -66,7 +66,12 @@ def execute(config: Any) -> int | None:
         assert source is not None
         # a job of a sweep is taken up in its own folder, by the words that began it
         if source != folder:
-            _refuse_company(overrides, key)
+            others = [word for word in overrides if word.partition("=")[0].lstrip("+") != key]
+            if others:
+                raise ConfigError(
+                    f"{key}= repeats a run unchanged; it cannot be combined with {others[0]}.\n"
+                    f"Leave out the other arguments, or start a new run without {key}=."
+                )
         config = recalled(source, key=key)
     settings = build_run(config)
     if cut is not None:
@@ -216,16 +221,6 @@ def _written(
     except MissingExtra as missing:
         remarks.append(f"No pictures: {' '.join(str(missing).split())}")
     return [f"{key_of(name)}: {r}" if key_of(name) else r for r in remarks], report
-
-
-def _refuse_company(overrides: list[str], key: str) -> None:
-    """Refuse overrides beside ``repeat`` or ``resume``, which would change the run."""
-    others = [word for word in overrides if word.partition("=")[0].lstrip("+") != key]
-    if others:
-        raise ConfigError(
-            f"{key}= repeats a run unchanged; it cannot be combined with {others[0]}.\n"
-            f"Leave out the other arguments, or start a new run without {key}=."
-        )
 
 
 def _verdict(folder: Path, original: Path, robots: Iterable[str]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Container, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING
 from enum import Enum
 from pathlib import Path
@@ -62,15 +62,29 @@ def describe_run(
     """
     acting = {n: e for n, e in settings.effects.items() if not _elsewhere(e, settings.sensors)}
     effects = [_effect(name, effect) for name, effect in acting.items()]
-    environment = _environment(settings)
+    e = settings.environment
+    column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
+    environment = {
+        "gravity": [0.0, 0.0, -e.gravity],
+        "water_level": e.water_level,
+        "tank_bottom": e.tank_bottom,
+        "ground_level": e.ground_level,
+        "air_density": e.air_density,
+        "water_density": float(column.density[0]),
+        "wave": None if settings.wave is None else _entry("wave", settings.wave),
+        "fluid": None if settings.fluid is None else settings.fluid.name,
+        **_solids(settings),
+    }
     hidden, more = hide(settings.hide, effects, environment.get("wave"))
     effects = [entry for entry in effects if entry["instance"] not in hidden]
     step = settings.time.step
     early = "s, commands act at the time of their row, those of a vehicle 0.5 ms later"
     late = "s, an accelerometer reads the mean over a step"
     commands = {"command_delay": {"sigma": 5e-4, "meaning": early}} if layout is not None else {}
+    laws = {k: _entry("effect", e) for k, e in settings.effects.items() if k not in hidden}
+    actuators = {k: _entry("actuator", a) for k, a in settings.actuators.items()}
     return {
-        ROBOT: _describe_robot(settings, hidden),
+        ROBOT: {**_placed(settings.robot), "effects": laws, "actuators": actuators},
         "environment": environment | more,
         "baseline": [
             *effects,
@@ -82,18 +96,6 @@ def describe_run(
         "initial_state": [{"segment": 0, **initial, "sigma": {}}],
         "simulated": {"seed": settings.seed, "step": settings.time.step, "run": settings.name},
     }
-
-
-def _describe_robot(settings: RunSettings, hidden: Container[str] = ()) -> dict[str, Any]:
-    """Return the robot of a run as its ``robot.yaml`` would state it, and the folder of its files.
-
-    Args:
-        settings: of the run; what overrides changed is in them.
-        hidden: instances of effects that the log does not know.
-    """
-    effects = {k: _entry("effect", e) for k, e in settings.effects.items() if k not in hidden}
-    actuators = {k: _entry("actuator", a) for k, a in settings.actuators.items()}
-    return {**_placed(settings.robot), "effects": effects, "actuators": actuators}
 
 
 def _placed(robot: RobotSettings) -> dict[str, Any]:
@@ -116,22 +118,6 @@ def _entry(kind: str, plugin: Any) -> dict[str, Any]:
         if own[field.name] == plain(field.default if factory is MISSING else factory()):
             del own[field.name]
     return {kind: plugin_name(kind, type(plugin)), **own}
-
-
-def _environment(settings: RunSettings) -> dict[str, Any]:
-    e = settings.environment
-    column = WaterColumn.of_profiles(e.water_temperature, e.salinity, e.water_density)
-    return {
-        "gravity": [0.0, 0.0, -e.gravity],
-        "water_level": e.water_level,
-        "tank_bottom": e.tank_bottom,
-        "ground_level": e.ground_level,
-        "air_density": e.air_density,
-        "water_density": float(column.density[0]),
-        "wave": None if settings.wave is None else _entry("wave", settings.wave),
-        "fluid": None if settings.fluid is None else settings.fluid.name,
-        **_solids(settings),
-    }
 
 
 def _solids(settings: RunSettings) -> dict[str, Any]:

@@ -65,6 +65,21 @@ def write_report(
                 text="The run was interrupted; the report covers the part before.", tone="warn"
             )
         )
+    rows = [
+        (name, plugin_name("effect", type(effect)), _values(effect), ", ".join(effect.links))
+        for name, effect in settings.effects.items()
+    ]
+    e = settings.environment
+    environment = {
+        key: (f"{getattr(e, key):.6g}", unit_text(meta.unit))
+        for key, meta in parameters_of(e).items()
+        if getattr(e, key) is not None
+    }
+    robot = record.robot
+    links = [
+        (name, f"{robot.mass[k]:.6g}", "-" if hull is None else f"{hull.volume * 1e3:.5g}")
+        for k, (name, hull) in enumerate(zip(robot.links, robot.hulls, strict=True))
+    ]
     sections = [
         Section(
             title="Summary",
@@ -78,7 +93,28 @@ def write_report(
         Section(title="Motion", blocks=[*views.motion, *views.joints]),
         _load_section(record, views, settings),
         Section(title="Inertial sensor", blocks=list(views.imu)),
-        Section(title="Configuration", blocks=_settings(record, settings), wide=True),
+        Section(
+            title="Configuration",
+            blocks=[
+                Table(head=("name", "effect", "parameters other than zero", "links"), rows=rows),
+                Fold(
+                    title="Robot, environment and time",
+                    blocks=[
+                        Table(head=("link", "mass [kg]", "hull [litre]"), rows=links, right=(1, 2)),
+                        Table(
+                            head=("environment", "value", "unit"),
+                            rows=[(key, *values) for key, values in environment.items()],
+                            right=(1,),
+                        ),
+                        Paragraph(
+                            text=f"{record.steps:,} steps of {settings.time.step:g} s, "
+                            f"seed {settings.seed}, {record.rate:,.0f} steps a second."
+                        ),
+                    ],
+                ),
+            ],
+            wide=True,
+        ),
         Section(
             title="Repeat the run",
             blocks=[
@@ -177,42 +213,6 @@ def _load_section(record: Record, views: Views, settings: RunSettings) -> Sectio
         blocks=blocks,
         wide=len(views.loads) == 1,
     )
-
-
-def _settings(record: Record, settings: RunSettings) -> list[Block]:
-    rows = [
-        (name, plugin_name("effect", type(effect)), _values(effect), ", ".join(effect.links))
-        for name, effect in settings.effects.items()
-    ]
-    e = settings.environment
-    environment = {
-        key: (f"{getattr(e, key):.6g}", unit_text(meta.unit))
-        for key, meta in parameters_of(e).items()
-        if getattr(e, key) is not None
-    }
-    robot = record.robot
-    links = [
-        (name, f"{robot.mass[k]:.6g}", "-" if hull is None else f"{hull.volume * 1e3:.5g}")
-        for k, (name, hull) in enumerate(zip(robot.links, robot.hulls, strict=True))
-    ]
-    return [
-        Table(head=("name", "effect", "parameters other than zero", "links"), rows=rows),
-        Fold(
-            title="Robot, environment and time",
-            blocks=[
-                Table(head=("link", "mass [kg]", "hull [litre]"), rows=links, right=(1, 2)),
-                Table(
-                    head=("environment", "value", "unit"),
-                    rows=[(key, *values) for key, values in environment.items()],
-                    right=(1,),
-                ),
-                Paragraph(
-                    text=f"{record.steps:,} steps of {settings.time.step:g} s, "
-                    f"seed {settings.seed}, {record.rate:,.0f} steps a second."
-                ),
-            ],
-        ),
-    ]
 
 
 def _values(plugin: Any) -> str:

@@ -122,7 +122,11 @@ def simulate(
         try:
             books = _Books(settings, world, fleet, steps)
             if kept is not None:
-                _take_up(kept, world, books, steps, recorders)
+                state = take_up(kept, world, most=largest_state(world, books.snapshot(), steps + 1))
+                with refusals(kept):
+                    books.restore(state, kept.parent)
+                    for one in recorders:
+                        one.restore(None, books.first.rows, kept.parent)
             books.start(folder)
             for recorder in recorders:
                 recorder.start(world, folder)
@@ -232,17 +236,6 @@ class _Books:
         """Whether every guide is done or gave up; false where there is none."""
         led = [own.stages for own in self.robots.values() if own.recorder.actor.pilot is not None]
         return bool(led) and all(stages.outcome is not None for stages in led)
-
-
-def _take_up(
-    kept: Path, world: World, books: _Books, steps: int, recorders: Sequence[Recorder]
-) -> None:
-    """Restore a world and its recorders from a checkpoint."""
-    state = take_up(kept, world, most=largest_state(world, books.snapshot(), steps + 1))
-    with refusals(kept):
-        books.restore(state, kept.parent)
-        for recorder in recorders:
-            recorder.restore(None, books.first.rows, kept.parent)
 
 
 class _Stepping(NamedTuple):

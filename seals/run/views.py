@@ -80,24 +80,33 @@ def _motion(log: Log, settings: RunSettings, marks: tuple[Mark, ...]) -> list[Ch
         for word, at in level_words.items()
         if at is not None and low - reach < at < high + reach
     )
+    place = log.channel("position")
+    above: list[Chart] = []
+    if np.nanmax(np.ptp(place[:, :2], axis=0)) > STILL_METRES:
+        path = Series(name="path", x=place[:, 0], y=place[:, 1])
+        start = Series(name="start", x=place[:1, 0], y=place[:1, 1], points=True)
+        above += [
+            Chart(
+                title="Path from above",
+                x_label="x, east [m]",
+                y_label="y, north [m]",
+                series=(path, start),
+                equal=True,
+            )
+        ]
+    names = list(log.meta.get("objects", {}))
+    columns = {name: log.columns[f"object_{name}_position_z"] for name in names}
+    around, title = (*marks, *levels), "Heights of the objects"
+    heights = [lines(title, "height [m]", log.time, columns, marks=around)] if columns else []
     return [
         lines("Position in the world", "position [m]", log.time, position, marks=(*marks, *levels)),
         lines(
             "Velocity, body axes", "velocity [m/s]", log.time, _named(log, "velocity"), marks=marks
         ),
         *_attitude(log, marks),
-        *_from_above(log),
-        *_objects(log, (*marks, *levels)),
+        *above,
+        *heights,
     ]
-
-
-def _objects(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
-    """Heights of the objects; empty without objects."""
-    names = list(log.meta.get("objects", {}))
-    columns = {name: log.columns[f"object_{name}_position_z"] for name in names}
-    if not columns:
-        return []
-    return [lines("Heights of the objects", "height [m]", log.time, columns, marks=marks)]
 
 
 def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
@@ -111,24 +120,6 @@ def _attitude(log: Log, marks: tuple[Mark, ...]) -> list[Chart]:
     note = "Rotation vector (axis times angle) from world to body axes, by the smaller angle."
     label = "rotation vector [deg]"
     return [lines("Attitude", label, log.time, _columns(angle), marks=marks, note=note)]
-
-
-def _from_above(log: Log) -> list[Chart]:
-    """Path over the ground; empty without horizontal motion."""
-    place = log.channel("position")
-    if not np.nanmax(np.ptp(place[:, :2], axis=0)) > STILL_METRES:
-        return []
-    path = Series(name="path", x=place[:, 0], y=place[:, 1])
-    start = Series(name="start", x=place[:1, 0], y=place[:1, 1], points=True)
-    return [
-        Chart(
-            title="Path from above",
-            x_label="x, east [m]",
-            y_label="y, north [m]",
-            series=(path, start),
-            equal=True,
-        )
-    ]
 
 
 def _loads(

@@ -118,7 +118,12 @@ def _lines(log: Log, vehicle: Mapping[str, Any], facts: FlightFacts) -> Iterator
         source = f"source: {why.split(':')[0]}"
         yield f"  {name}: {{sigma: {_figure(sigma)}, meaning: '{meaning}', {source}}}  # {why}"
     medium = "water" if _stays_below(log, vehicle) else "air"
-    yield from _disturbance(facts, mass, medium, _LEVER * _arm(vehicle))
+    # how far the motors are from their middle, root mean square
+    places = [m["position"] for kind in ("rotors", "thrusters") for m in vehicle.get(kind) or []]
+    arm = _USUAL_ARM
+    if len(places) >= 2:
+        arm = float(np.sqrt(np.var(np.array(places, float), axis=0).sum()))
+    yield from _disturbance(facts, mass, medium, _LEVER * arm)
     yield from _motors(log)
 
 
@@ -169,14 +174,6 @@ def _stays_below(log: Log, vehicle: Mapping[str, Any]) -> bool:
         return not bool((log.columns["depth"] <= 0.0).any())
     dives = bool(vehicle.get("thrusters")) and not vehicle.get("rotors")
     return dives and log.has("position") and bool((log.channel("position")[:, 2] < 0.0).all())
-
-
-def _arm(vehicle: Mapping[str, Any]) -> float:
-    """Return how far the motors of a vehicle are from their middle, root mean square [m]."""
-    places = [m["position"] for kind in ("rotors", "thrusters") for m in vehicle.get(kind) or []]
-    if len(places) < 2:
-        return _USUAL_ARM
-    return float(np.sqrt(np.var(np.array(places, float), axis=0).sum()))
 
 
 def _disturbance(facts: FlightFacts, mass: float, medium: str, lever: float) -> Iterator[str]:

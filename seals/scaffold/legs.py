@@ -237,7 +237,10 @@ def stances_of(
         legs: entries of ``legs:``.
         stated: joint values of a pose that the file holds, by joint.
     """
-    found = {name: _leg(robot, leg) for name, leg in legs.items()}
+    found = {}
+    for name, leg in legs.items():
+        chain = [robot.joints.index(joint) for joint in leg["joints"]]
+        found[name] = chain, robot.links.index(leg["foot"]), np.array(leg["toe"], dtype=float)
     walking = [j for chain, *_ in found.values() for j in chain]
     lower, upper, unknown = robot.lower - _ROUNDED, robot.upper + _ROUNDED, np.nan
     if all(lower[j] <= stated.get(robot.joints[j], unknown) <= upper[j] for j in walking):
@@ -252,12 +255,6 @@ def stances_of(
         values = {name: _bent(robot, *leg) for name, leg in found.items()}
         source = CHOSEN
     return {n: v if any(v) else [] for n, v in values.items()}, source
-
-
-def _leg(robot: RobotModel, leg: Mapping[str, Any]) -> tuple[list[int], int, Floats]:
-    """Joints, last link and toe of a leg."""
-    chain = [robot.joints.index(name) for name in leg["joints"]]
-    return chain, robot.links.index(leg["foot"]), np.array(leg["toe"], dtype=float)
 
 
 def _places(

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Floats
 from seals.multibody.tree import poses_in_base
 from seals.robot.model import RobotModel
 from seals.scaffold.legs import legs_of
@@ -124,10 +123,21 @@ def _gripper(robot: RobotModel, ends: list[int], below: dict[int, list[int]]) ->
     """One entry of ``grippers:``; it is open at the joint limit with the larger gap of the tips."""
     fingers = [_all_below(first, below) for first in ends]
     joints = [j for finger in fingers for j in finger]
-    tips = [_tip(robot, finger[-1]) for finger in fingers]
+    tips = []
+    for finger in fingers:
+        # the last link that is fixed to the child of the joint
+        start = robot.tree.child[finger[-1]]
+        tips.append(max(k for k in range(robot.tree.links) if _hangs(robot, k, start)))
     low = np.where(np.isfinite(robot.lower[joints]), robot.lower[joints], 0.0)
     high = np.where(np.isfinite(robot.upper[joints]), robot.upper[joints], 0.5)
-    wide = [_spread(robot, joints, values, tips) for values in (low, high)]
+    wide = []
+    for values in (low, high):
+        # mean distance of the tips' centres of mass from their middle [m]
+        q = np.zeros(robot.tree.joints)
+        q[joints] = values
+        origins, turns = poses_in_base(robot.tree, q)
+        places = origins[tips] + np.einsum("lij,lj->li", turns[tips], robot.centre[tips])
+        wide.append(float(np.linalg.norm(places - places.mean(axis=0), axis=1).mean()))
     opened, closed = (low, high) if wide[0] >= wide[1] else (high, low)
     return {
         "joints": [robot.joints[j] for j in joints],
@@ -141,23 +151,8 @@ def _all_below(joint: int, below: dict[int, list[int]]) -> list[int]:
     return [joint, *(j for child in below[joint] for j in _all_below(child, below))]
 
 
-def _tip(robot: RobotModel, joint: int) -> int:
-    """The last link that is fixed to the child of a joint."""
-    start = robot.tree.child[joint]
-    return max(k for k in range(robot.tree.links) if _hangs(robot, k, start))
-
-
 def _hangs(robot: RobotModel, link: int, top: int) -> bool:
     """Return whether a link is ``top`` or fixed to it through fixed joints."""
     while link != top and link > 0 and robot.tree.joint[link] < 0:
         link = robot.tree.parent[link]
     return link == top
-
-
-def _spread(robot: RobotModel, joints: list[int], values: Floats, tips: list[int]) -> float:
-    """Mean distance of the tips' centres of mass from their middle [m]."""
-    q = np.zeros(robot.tree.joints)
-    q[joints] = values
-    origins, turns = poses_in_base(robot.tree, q)
-    places = origins[tips] + np.einsum("lij,lj->li", turns[tips], robot.centre[tips])
-    return float(np.linalg.norm(places - places.mean(axis=0), axis=1).mean())

@@ -157,7 +157,21 @@ def _named(robot: RobotModel, medium: str, *, wet: bool, fewest: int) -> list[Mo
         fewest: rotors.
     """
     for words in _WORDS:
-        links = _links_named(robot, words)
+        fits = [
+            k
+            for k, name in enumerate(robot.links)
+            if k
+            and re.search(words, name, re.IGNORECASE)
+            and not re.search(_NOT, name, re.IGNORECASE)
+        ]
+        tree = robot.tree
+        fits = [k for k in fits if not _drives_a_joint(robot, k)]
+        carrying = {tree.parent[k] for k in range(tree.links) if tree.joint[k] >= 0}
+        links = [
+            k
+            for k in fits
+            if k not in carrying and not any(tree.parent[other] == k for other in fits)
+        ]
         if not links:
             continue
         kind = THRUSTER if words == _WORDS[0] or medium == "water" or wet else ROTOR
@@ -170,21 +184,6 @@ def _named(robot: RobotModel, medium: str, *, wet: bool, fewest: int) -> list[Mo
             said = f"names of links ({words.replace('|', ', ')})"
             return [Motor(kind, robot.links[k], "", {}, said) for k in links]
     return []
-
-
-def _links_named(robot: RobotModel, words: str) -> list[int]:
-    """Links of that name that have neither another such link nor a movable joint below them."""
-    fits = [
-        k
-        for k, name in enumerate(robot.links)
-        if k and re.search(words, name, re.IGNORECASE) and not re.search(_NOT, name, re.IGNORECASE)
-    ]
-    tree = robot.tree
-    fits = [k for k in fits if not _drives_a_joint(robot, k)]
-    carrying = {tree.parent[k] for k in range(tree.links) if tree.joint[k] >= 0}
-    return [
-        k for k in fits if k not in carrying and not any(tree.parent[other] == k for other in fits)
-    ]
 
 
 def _drives_a_joint(robot: RobotModel, link: int) -> bool:
@@ -254,7 +253,10 @@ def _drives(
     )
     found.spin_down = _stated(motors, "spin_down", found.time_constant, sources)
     mass = float(robot.mass.sum())
-    weight, drag = GRAVITY * mass, _drag_ahead(source)
+    stated = source.stated.hydrodynamics
+    linear = sum(float(each.linear[0]) for each in stated if each.linear is not None)
+    quadratic = sum(float(each.quadratic[0]) for each in stated if each.quadratic is not None)
+    weight, drag = GRAVITY * mass, linear * BRISK + quadratic * BRISK**2
     # of the most slender hull of a neutral vehicle at that speed
     least = 0.5 * WATER * LEAST_DRAG * (mass / WATER) ** (2.0 / 3.0) * BRISK**2
     _strengths(found, motors, weight, min(PUSH * weight, drag if drag > least else np.inf))
@@ -271,14 +273,6 @@ def _turned_up(motors: Sequence[Motor], names: list[str], axis: Floats, turns: F
     ]
     said = "rotors with downward thrust in the file reversed to point upwards"
     return [f"{said}: {', '.join(down)}"] if down else []
-
-
-def _drag_ahead(source: Takeover) -> float:
-    """Drag along x at a brisk speed that a file states [N]; zero if it states none."""
-    rows = source.stated.hydrodynamics
-    linear = sum(float(each.linear[0]) for each in rows if each.linear is not None)
-    quadratic = sum(float(each.quadratic[0]) for each in rows if each.quadratic is not None)
-    return linear * BRISK + quadratic * BRISK**2
 
 
 def held_down(drives: Sequence[Drives], net: float) -> None:

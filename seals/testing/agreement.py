@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from seals.backend import Configuration
 from seals.contract import ContractError, require
 from seals.effects.binding import EffectSet, bind_effects
 from seals.effects.effect import Effect
@@ -88,9 +87,17 @@ class Agreement:
             run: dict[str, Any] = {"duration": self.duration}
             try:
                 with np.errstate(over="raise", invalid="raise", divide="raise"):
-                    reference = _reference(
-                        robot, _bind(robot, others, in_twin or effect), starts, self.duration
-                    )
+                    laws = _bind(robot, others, in_twin or effect)
+                    if not any(b.effect.memory_size for b in laws.bound):
+                        # the entering force begins and ends with kinks
+                        step = SAMPLE / (4.0 if laws.inertias else 2.0 if laws.joint_loads else 1.0)
+                        reference = follow(robot, laws, starts, step=step, duration=self.duration)
+                    else:
+                        coarse, fine = (
+                            follow(robot, laws, starts, step=step, duration=self.duration)
+                            for step in (SAMPLE / 2.0, SAMPLE / 4.0)
+                        )
+                        reference = coarse.extrapolated(fine)
             except FloatingPointError as cause:
                 raise ContractError(
                     f"{self.name}: the batch simulation diverges in the scenes "
@@ -166,25 +173,6 @@ class Agreement:
                 f"Required: order {least:g}, less than half at half the step for order 1. "
                 "Look for a jump in the law, or for differences of steps.",
             )
-
-
-def _reference(
-    robot: RobotModel, effects: EffectSet, starts: Sequence[Configuration], duration: float
-) -> Track:
-    """Reference trajectory of the batch dynamics, with an error below 1e-5 of the path.
-
-    Fourth-order steps of 4 ms err by less than 1e-6 on smooth laws, and joint friction is stiff.
-    Memory is advanced once a step, to first order: that error is extrapolated away.
-    """
-    if not any(b.effect.memory_size for b in effects.bound):
-        # the entering force begins and ends with kinks
-        step = SAMPLE / (4.0 if effects.inertias else 2.0 if effects.joint_loads else 1.0)
-        return follow(robot, effects, starts, step=step, duration=duration)
-    coarse, fine = (
-        follow(robot, effects, starts, step=step, duration=duration)
-        for step in (SAMPLE / 2.0, SAMPLE / 4.0)
-    )
-    return coarse.extrapolated(fine)
 
 
 def _bind(robot: RobotModel, others: dict[str, Effect], effect: Effect | None = None) -> EffectSet:

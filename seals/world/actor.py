@@ -281,7 +281,9 @@ class Actor:
     def _fly(self, pilot: Pilot, seen: ControlInput) -> None:
         """Ask guide and controller for the commands of the next step."""
         if pilot.due:
-            seen = seen._replace(contacts=self._contacts())
+            normals = self.body.contact_normals().tolist() if self._tips else []
+            contacts = {name: normals[k] for k, name in self._tips}
+            seen = seen._replace(contacts=contacts)
         order = pilot.command(seen)
         if order.drive.size:
             self.command = order.drive[None]
@@ -499,13 +501,6 @@ class Actor:
         self.ledger.write(row, self.ledger.effects[-1], None, Wrench(wrench[:, :3], wrench[:, 3:]))
         whole = due._replace(wrench=due.wrench + wrench[None], discontinuous=True)
         self.body.apply(whole, step)
-
-    def _contacts(self) -> dict[str, float]:
-        """Normal force of the last step on every gripper's tips [N]."""
-        if not self._tips:
-            return {}
-        normals = self.body.contact_normals().tolist()
-        return {name: normals[k] for k, name in self._tips}
 
     def battery_state(self) -> tuple[float, float, float]:
         """Return voltage [V], current [A] and state of charge [1] of the battery.

@@ -108,7 +108,12 @@ class Faults:
     def __init__(self, effects: EffectSet, sensors: Mapping[str, Sensor]) -> None:
         named = [b for b in effects.bound if b.effect.sensors]
         for b in named:
-            _refuse_unknown(b, sensors)
+            for wrong in _chosen(b):
+                if wrong != EVERY and wrong not in sensors:
+                    raise ConfigError(
+                        f"effects.{b.name}.sensors: there is no sensor '{wrong}'.\n"
+                        f"{suggestion(wrong, [*sensors, EVERY], label='Sensors')}"
+                    )
         inertial = {n for n, s in sensors.items() if s.channels().keys() >= set(CHANNELS)}
         self.chains = {
             n: ReadingChain(effects, n, options_of(s, SensorOptions).rpy)
@@ -152,12 +157,3 @@ def _delay(effects: EffectSet, name: str, *, inertial: bool) -> float:
     acting = [b for b in effects.timings if acts_on(b, name, inertial=inertial)]
     late: list[Any] = [b.hooks.timing(b.params).sensor_delay for b in acting]
     return float(sum(float(np.reshape(d, -1)[0]) for d in late))
-
-
-def _refuse_unknown(b: BoundEffect, sensors: Mapping[str, Sensor]) -> None:
-    for name in _chosen(b):
-        if name != EVERY and name not in sensors:
-            raise ConfigError(
-                f"effects.{b.name}.sensors: there is no sensor '{name}'.\n"
-                f"{suggestion(name, [*sensors, EVERY], label='Sensors')}"
-            )

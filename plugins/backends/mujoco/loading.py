@@ -76,7 +76,15 @@ def describe(engine: Any, spec: Any, robot: RobotModel, number: int, step: float
             body.add_joint(name=f"{number}/", type=engine.mjtJoint.mjJNT_FREE, align=0)
         elif tree.joint[k] >= 0:
             j = tree.joint[k]
-            _joint(engine, body, robot, j, name=joints[j], step=step)
+            kind = (
+                engine.mjtJoint.mjJNT_SLIDE
+                if robot.tree.prismatic[j]
+                else engine.mjtJoint.mjJNT_HINGE
+            )
+            joint = body.add_joint(name=joints[j], type=kind, axis=robot.tree.axis[j])
+            # the range is written after compilation: the engine refuses two stops at one place
+            joint.limited, joint.range = any(np.isfinite(limits(robot)[j])), [-1.0, 1.0]
+            joint.solref_limit, joint.solimp_limit = reference(step), impedance()
         parts.append(body)
     shapes = []
     for k, pieces in enumerate(collision_pieces(robot)):
@@ -97,15 +105,6 @@ def _wxyz(rotation: Floats) -> Floats:
     """Return a rotation matrix (3, 3) as a quaternion in the engine's order."""
     x, y, z, w = quaternion_of(rotation)
     return np.array([w, x, y, z])
-
-
-def _joint(engine: Any, body: Any, robot: RobotModel, j: int, *, name: str, step: float) -> None:
-    """Add a joint with its stops, free of damping, springs and friction."""
-    kind = engine.mjtJoint.mjJNT_SLIDE if robot.tree.prismatic[j] else engine.mjtJoint.mjJNT_HINGE
-    joint = body.add_joint(name=name, type=kind, axis=robot.tree.axis[j])
-    # the range is written after compilation: the engine refuses two stops at one place
-    joint.limited, joint.range = any(np.isfinite(limits(robot)[j])), [-1.0, 1.0]
-    joint.solref_limit, joint.solimp_limit = reference(step), impedance()
 
 
 def _shape(

@@ -293,16 +293,12 @@ class MovingDomain(Simulation):
         carried = self.outer.places(self.box.middle[None], time)[0] - self.box.middle
         self.heights.lower = (self.box.lower + carried)[:2]
         super()._update_surface(states, time)
-        self.lift = self._settled(states, time)
-
-    def _settled(self, states: BodyStates, time: float) -> float:
-        """Return the level by volume above the level of the highest particles [m]."""
         box, field = self.box, self.heights
         i, j = np.meshgrid(*(np.arange(n) + 0.5 for n in field.shape), indexing="ij")
         middles = field.lower + np.stack([i.ravel(), j.ravel()], -1) * field.edge
         seen = float((field.heights.ravel() - self.outer.elevation(middles, time)).mean())
         over = self._over(states, time)
-        return over * box.depth / math.prod(box.counts) - seen
+        self.lift = over * box.depth / math.prod(box.counts) - seen
 
     def surface(self, places: Floats, time: float) -> Floats:
         """Return the surface height; outside the domain that of the outer sea [m]."""

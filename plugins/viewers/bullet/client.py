@@ -156,10 +156,16 @@ class Bodies:
                 rgba = [*body.colour, float(seen[k])]
                 p.changeVisualShape(body.number, -1, rgbaColor=rgba, physicsClientId=client)
             if seen[k]:
+                frame = body.frame
+                matrix = turns[body.frame]
+                before = self._turns.get(frame)
+                if before is None or not np.array_equal(before[0], matrix):
+                    turn: list[float] = quaternion_of(matrix).tolist()
+                    self._turns[frame] = before = matrix.copy(), turn
                 p.resetBasePositionAndOrientation(
                     body.number,
                     places[body.frame].tolist(),
-                    self._turn(body.frame, turns[body.frame]),
+                    before[1],
                     physicsClientId=client,
                 )
 
@@ -174,14 +180,6 @@ class Bodies:
             seen &= out < reach * np.sqrt(1.0 + steep * steep)
         found: list[bool] = seen.tolist()
         return found
-
-    def _turn(self, frame: int, rotation: Floats) -> list[float]:
-        """Quaternion of a frame, cached because several cameras ask for it."""
-        before = self._turns.get(frame)
-        if before is None or not np.array_equal(before[0], rotation):
-            turn: list[float] = quaternion_of(rotation).tolist()
-            self._turns[frame] = before = rotation.copy(), turn
-        return before[1]
 
     def close(self) -> None:
         """Disconnect; a second call does nothing."""

@@ -132,7 +132,11 @@ def _cylinder(corners: Floats, equations: Floats) -> Solid | None:
         # corners off both ends: a chamfer, a cone, another direction
         if np.minimum(high - along, along - low).max() > EVEN * (high - low):
             continue
-        axes = _axes(axis / np.linalg.norm(axis))
+        direction = axis / np.linalg.norm(axis)
+        side = np.eye(3)[int(np.abs(direction).argmin())]
+        first = np.cross(side, direction)
+        first /= np.linalg.norm(first)
+        axes = np.stack([first, np.cross(direction, first), direction], axis=1)
         flat = corners @ axes[:, :2]
         # middle and radius of the circle through points of the plane, in the least-squares sense
         table = np.column_stack([2.0 * flat, np.ones(len(flat))])
@@ -167,14 +171,6 @@ def _box(equations: Floats) -> Solid | None:
     none = np.zeros((0, 3)), np.zeros(0)
     size = (float(edges[0]), float(edges[1]), float(edges[2]))
     return Solid("box", size, middle, axes.T, *none)
-
-
-def _axes(along: Floats) -> Floats:
-    """Right-handed axes whose third is given, as columns."""
-    side = np.eye(3)[int(np.abs(along).argmin())]
-    first = np.cross(side, along)
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(along, first), along], axis=1)
 
 
 KINDS = ("sphere", "box", "cylinder", "convex", "plane")

@@ -131,14 +131,12 @@ def active_words(entries: Sequence[Mapping[str, Any]], logs: Sequence[str]) -> s
         >>> active_words([{"log": "a", "start": None, "end": moment}], ["a", "b"])
         'a: until 9.00 s; b: not at all'
     """
-    by_log = {str(entry["log"]): _span_words(entry) for entry in entries}
+    by_log = {}
+    for entry in entries:
+        start, end = entry["start"], entry["end"]
+        first = "" if start is None else f"from {start['value']:.2f} s"
+        last = "" if end is None else f"until {end['value']:.2f} s"
+        by_log[str(entry["log"])] = " ".join(filter(None, (first, last))) or "throughout"
     if len(logs) == 1:
         return by_log.get(logs[0], "not at all")
     return "; ".join(f"{name}: {by_log.get(name, 'not at all')}" for name in logs)
-
-
-def _span_words(entry: Mapping[str, Any]) -> str:
-    start, end = entry["start"], entry["end"]
-    first = "" if start is None else f"from {start['value']:.2f} s"
-    last = "" if end is None else f"until {end['value']:.2f} s"
-    return " ".join(filter(None, (first, last))) or "throughout"

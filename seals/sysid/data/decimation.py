@@ -159,24 +159,20 @@ def _taken(
             calmer[name] = gain
             columns |= {k: smooth[:, i] for k, i in here.items()}
     order = np.concatenate(kept)
+    meta = dict(log.meta)
+    if calmer:
+        sensors = dict(meta.get("sensors") or {})
+        channels = {
+            k: {**v, "sigma": v["sigma"] * calmer[k]} if k in calmer else v
+            for k, v in (sensors.get("channels") or {}).items()
+        }
+        meta["sensors"] = {**sensors, "channels": channels}
     return replace(
         log,
         columns={k: v[order] for k, v in columns.items()},
         segment=log.segment[order],
-        meta=_with_noise(log.meta, calmer),
+        meta=meta,
     )
-
-
-def _with_noise(meta: Mapping[str, Any], gain: Mapping[str, float]) -> dict[str, Any]:
-    """Return the metadata with the noise of smoothed channels."""
-    if not gain:
-        return dict(meta)
-    sensors = dict(meta.get("sensors") or {})
-    channels = {
-        k: {**v, "sigma": v["sigma"] * gain[k]} if k in gain else v
-        for k, v in (sensors.get("channels") or {}).items()
-    }
-    return {**meta, "sensors": {**sensors, "channels": channels}}
 
 
 def _means(values: Floats, groups: list[NDArray[np.int64]], n: int) -> Floats:

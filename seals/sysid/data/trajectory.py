@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -80,7 +80,11 @@ def measured_trajectory(samples: Samples, vehicle: Vehicle) -> Trajectory:
 def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Trajectory:
     step = samples.step
     seen = {name: values[first:last] for name, values in samples.channels.items()}
-    place = _with_depth(seen, vehicle)
+    # a height that was not measured is that of the depth
+    place = seen["position"]
+    if "depth" in seen and not _sampled(place)[2]:
+        level = vehicle.environment.water_level or 0.0
+        place = np.column_stack([place[:, :2], level - seen["depth"][:, 0]])
     given = float(np.isfinite(place).mean(axis=0).min())
     wide = max(0.06, 2.5 * step) if given > 0.5 else 0.15
     sigma = vehicle.sigma
@@ -111,15 +115,6 @@ def _piece(samples: Samples, vehicle: Vehicle, first: int, last: int) -> Traject
         joints=angle,
         joint_velocity=rate,
     )
-
-
-def _with_depth(seen: Mapping[str, Floats], vehicle: Vehicle) -> Floats:
-    """Measured positions [m], shape (T, 3); a height that was not measured is that of the depth."""
-    place = seen["position"]
-    if "depth" not in seen or _sampled(place)[2]:
-        return place
-    level = vehicle.environment.water_level or 0.0
-    return np.column_stack([place[:, :2], level - seen["depth"][:, 0]])
 
 
 def _sampled(values: Floats) -> NDArray[np.bool_]:

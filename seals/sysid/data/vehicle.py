@@ -355,23 +355,18 @@ def _instances(
         if actuator:
             own = plugin_name("actuator", type(effect))
         else:
-            own = _instance(name, effect, robot, environment)
+            # the instance name as for an entry of a log
+            on_base = set(effect.links) <= {"root", robot.links[0]} or "*" in effect.links
+            if effect.correction or not on_base:
+                own = name
+            else:
+                law = type(effect)
+                medium = None if effect.medium is None else effect.medium.value
+                own = law.of_log(plugin_name("effect", law), {}, medium, environment)[0]
         own = name if own in made else own
         made[own] = copy.copy(effect)
         written[own] = f"{'actuators' if actuator else 'effects'}.{name}"
     return made, written
-
-
-def _instance(
-    name: str, effect: Effect, robot: RobotModel, environment: EnvironmentSettings
-) -> str:
-    """Return the instance name of an effect, as for an entry of a log."""
-    on_base = set(effect.links) <= {"root", robot.links[0]} or "*" in effect.links
-    if effect.correction or not on_base:
-        return name
-    law = type(effect)
-    medium = None if effect.medium is None else effect.medium.value
-    return law.of_log(plugin_name("effect", law), {}, medium, environment)[0]
 
 
 def _surroundings(

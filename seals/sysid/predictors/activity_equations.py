@@ -215,7 +215,19 @@ def activity_equations(
     others = fitter.fixed
     if len(rest) > len(fitter.tolerances):
         others = others.beside(fitter.whitened(rest[len(fitter.tolerances) :], values))
-    responses = _responses(fitter, () if strength else keys, values, with_it, at)
+    chosen = () if strength else keys
+    found = fitter.columns_at(chosen, with_it)
+    if not at.any():
+        responses = found
+    else:
+        before, after = fitter.prediction(values), fitter.prediction(with_it)
+        responses = Columns(
+            keys=("", *chosen),
+            push=np.concatenate([(after.defect - before.defect)[:, :, None], found.push], axis=2),
+            reading=np.concatenate(
+                [(after.reading - before.reading)[:, :, None], found.reading], axis=2
+            ),
+        )
     on, off = _masked(fitter, responses, offsets)
     blocks = [_blocks(columns, others, misfit, len(offsets)) for columns in (on, off)]
     prior = fitter.precision(rest, free)
@@ -237,27 +249,6 @@ def activity_equations(
 def _own_precision(fitter: Fitter, candidate: Candidate) -> Floats:
     keys = [k + ACTIVE for k in candidate.throughout.all_keys]
     return fitter.precision(keys, keys)
-
-
-def _responses(
-    fitter: Fitter,
-    keys: Sequence[str],
-    without: Mapping[str, float],
-    with_it: Mapping[str, float],
-    at: Floats,
-) -> Columns:
-    """Responses by the effect's parameters, preceded by that at its present values, if any."""
-    found = fitter.columns_at(keys, with_it)
-    if not at.any():
-        return found
-    before, after = fitter.prediction(without), fitter.prediction(with_it)
-    return Columns(
-        keys=("", *keys),
-        push=np.concatenate([(after.defect - before.defect)[:, :, None], found.push], axis=2),
-        reading=np.concatenate(
-            [(after.reading - before.reading)[:, :, None], found.reading], axis=2
-        ),
-    )
 
 
 def _masked(

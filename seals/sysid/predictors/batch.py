@@ -118,7 +118,17 @@ def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
     settings = replace(settings, compare=finer, effects=effects)
     robot = build_robot(settings.robot)
     candidate_set = candidates_of_runs(settings, robot)
-    cases = _trained(cases_of(settings)(logs, settings, robot))
+    given = cases_of(settings)(logs, settings, robot)
+    if len(given) < 2:
+        raise ConfigError(
+            f"{len(given)} run is too few to name an effect: none can be held out.\n"
+            "Give at least two, see train and held_out."
+        )
+    cases = (
+        list(given)
+        if sum(not c.held_out for c in given) >= 2
+        else [replace(c, held_out=False) for c in given]
+    )
     whole = _experiment(settings, robot, candidate_set, cases)
     kept, unobservable = _observable(whole)
     silent = {c.instance for c in candidate_set.candidates} - {c.instance for c in kept}
@@ -131,24 +141,23 @@ def prepare(settings: CompareSettings, logs: Sequence[Log]) -> Experiment:
     return _experiment(settings, robot, less, cases)
 
 
-def _trained(cases: Sequence[Case]) -> list[Case]:
-    """Choose training runs; if fewer than two are named, each run is held out in turn."""
-    if len(cases) < 2:
-        raise ConfigError(
-            f"{len(cases)} run is too few to name an effect: none can be held out.\n"
-            "Give at least two, see train and held_out."
-        )
-    if sum(not c.held_out for c in cases) >= 2:
-        return list(cases)
-    return [replace(c, held_out=False) for c in cases]
-
-
 def _experiment(
     settings: CompareSettings, robot: RobotModel, candidate_set: CandidateSet, cases: Sequence[Case]
 ) -> Experiment:
     free = [*candidate_set.tolerances, *(k for c in candidate_set.candidates for k in c.keys)]
     names = tuple(dict.fromkeys(free))
-    keys = [_fit_key(n, candidate_set.parameters[n]) for n in names]
+    keys = []
+    for n in names:
+        known = candidate_set.parameters[n]
+        meta = ParameterField(
+            unit=known.unit,
+            bounds=known.bounds,
+            tolerance=known.tolerance,
+            relative=False,
+            source="nominal",
+            fit=True,
+        )
+        keys.append(FitKey(key=n, targets=(n,), parameter=meta, start=known.nominal))
     bound = bind_effects(candidate_set.effects, robot.links)
     step = settings.compare.step or step_of(cases)
     train = [k for k, c in enumerate(cases) if not c.held_out]
@@ -213,18 +222,6 @@ def _size(
         rows += [np.nan_to_num(after[x] - before[x]).ravel() for x in before]
     size = float(np.sqrt(np.mean(np.concatenate(rows) ** 2)))
     return size if np.isfinite(size) else 0.0
-
-
-def _fit_key(name: str, known: Parameter) -> FitKey:
-    meta = ParameterField(
-        unit=known.unit,
-        bounds=known.bounds,
-        tolerance=known.tolerance,
-        relative=False,
-        source="nominal",
-        fit=True,
-    )
-    return FitKey(key=name, targets=(name,), parameter=meta, start=known.nominal)
 
 
 _SHARE = 1e-3

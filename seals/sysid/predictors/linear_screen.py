@@ -12,7 +12,6 @@ from seals.least_squares import solve_scaled
 from seals.sysid.candidates.parameters import Candidate
 from seals.sysid.predictors.normal_equations import Fit
 from seals.sysid.predictors.tempering import temperature
-from seals.sysid.predictors.whitened import Whitened
 from seals.sysid.predictors.windows_fit import Fitter
 
 
@@ -48,7 +47,12 @@ def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> CandidateEquations:
     windows = fitter.windows.count
     normal, right = np.zeros((windows, p, p)), np.zeros((windows, p))
     normal[:, :count, :count], right[:, :count] = fit.normal, fit.right
-    fixed = _columns_of(fitter, fit)
+    own = len(fitter.tolerances)
+    fixed = (
+        fitter.fixed
+        if len(fit.keys) == own
+        else fitter.fixed.beside(fitter.whitened(fit.keys[own:], fit.values))
+    )
     cross = fixed.product(columns)
     normal[:, :count, count:] = cross
     normal[:, count:, :count] = cross.transpose(0, 2, 1)
@@ -63,14 +67,6 @@ def screen(fitter: Fitter, fit: Fit, keys: Sequence[str]) -> CandidateEquations:
         free=fit.free,
         centre=dict(zip(fit.keys, map(float, fit.centre), strict=True)),
     )
-
-
-def _columns_of(fitter: Fitter, fit: Fit) -> Whitened:
-    """Whitened responses of the fit's own parameters, in its order."""
-    count = len(fitter.tolerances)
-    if len(fit.keys) == count:
-        return fitter.fixed
-    return fitter.fixed.beside(fitter.whitened(fit.keys[count:], fit.values))
 
 
 def linear_gain(

@@ -265,7 +265,11 @@ class Windows:
         def direct(part: slice) -> Floats:
             hats = self.hats[part]
             seen = np.zeros((len(hats), self.count, 6, n + m + free))
-            seen[:, :, 3:, n : n + m] = _outer(self.dynamics.feedthrough[order[part]], hats)
+            table = self.dynamics.feedthrough[order[part]]
+            out = table[:, :, :, :, None] * hats[:, None, None, None, :]
+            seen[:, :, 3:, n : n + m] = out.reshape(
+                *table.shape[:3], table.shape[3] * hats.shape[1]
+            )
             seen[:, :, :, n + m :] = np.eye(6)[:, :free]
             return seen
 
@@ -458,12 +462,6 @@ def _adding(pushes: Floats) -> Callable[[int, Floats], None]:
         states += pushes[k]
 
     return push
-
-
-def _outer(matrix: Floats, weights: Floats) -> Floats:
-    """Outer products by axis and knot: matrix (K, W, r, 6) times weights (K, m)."""
-    out = matrix[:, :, :, :, None] * weights[:, None, None, None, :]
-    return out.reshape(*matrix.shape[:3], matrix.shape[3] * weights.shape[1])
 
 
 def by_channel(windows: Windows, misfit: Floats) -> Mapping[str, float]:

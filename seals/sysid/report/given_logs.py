@@ -42,27 +42,22 @@ def place_logs(config: Any) -> None:
             found = [str(find_log(str(place))) for place in (config.log if many else [config.log])]
             if str((config.get("reader") or {}).get("_target_", "")).endswith(".ReaderNative"):
                 for place in found:
-                    _refuse_no_log(Path(place))
+                    home = Path(place)
+                    marks = (*TABLES, "meta.yaml", "run.json")
+                    folders = [home, *(home.iterdir() if home.is_dir() else ())]
+                    if home.name not in TABLES and not any(
+                        (f / name).exists() for f in folders for name in marks
+                    ):
+                        raise ConfigError(
+                            f"log={home} is not a log folder: it contains neither {TABLES[0]} "
+                            f"nor {TABLES[1]}.\nGive a log folder, or convert a recording: "
+                            "seals convert log=FILE out=FOLDER"
+                        )
             config.log = found if many else found[0]
         if config.get("healthy"):
             config.healthy = _shipped(config.healthy)
         if config.get("older"):
             config.older = [str(find_log(str(place), key="older")) for place in config.older]
-
-
-def _refuse_no_log(place: Path) -> None:
-    """Refuse a file or a folder that is no log at all; what is wrong inside a log is bad data.
-
-    Raises:
-        ConfigError: it holds no table, no metadata, and no logs.
-    """
-    marks = (*TABLES, "meta.yaml", "run.json")
-    folders = [place, *(place.iterdir() if place.is_dir() else ())]
-    if place.name not in TABLES and not any((f / name).exists() for f in folders for name in marks):
-        raise ConfigError(
-            f"log={place} is not a log folder: it contains neither {TABLES[0]} nor {TABLES[1]}.\n"
-            "Give a log folder, or convert a recording: seals convert log=FILE out=FOLDER"
-        )
 
 
 def _shipped(healthy: Any) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from seals.least_squares import Tell
 from seals.sysid.predictors.batch import Experiment
-from seals.sysid.scores.cross_validation import CrossValidator, Set, ValidatedHypothesis, ranked
+from seals.sysid.scores.cross_validation import CrossValidator, ValidatedHypothesis, ranked
 from seals.sysid.selection.search import Refinement, Search, SearchStages, search
 
 
@@ -66,7 +66,12 @@ class _RunModels:
     ) -> tuple[ValidatedHypothesis, Sequence[ValidatedHypothesis]]:
         """Try pairs, or drop effects where the smaller model is not significantly worse."""
         if step is not Refinement.backward:
-            pairs = ranked(self.validator.fitted(self._pairs(best, singles)))
+            # a pair may lower the error where neither effect does
+            budget = self.validator.experiment.candidate_set.budget
+            top = [s.candidates[0] for s in singles[: budget.paired]]
+            known = set(best.candidates)
+            couples = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if {a, b} != known]
+            pairs = ranked(self.validator.fitted([(pair, None) for pair in couples]))
             return self.accepted(best, pairs)[0] or best, pairs
         if len(best.candidates) < 2:
             return best, ()
@@ -77,16 +82,6 @@ class _RunModels:
         fewer = self.validator.fitted(sets)
         spare = [h for h in fewer if not self.validator.margin(best, h).significant]
         return ranked(spare)[0] if spare else best, fewer
-
-    def _pairs(
-        self, best: ValidatedHypothesis, singles: Sequence[ValidatedHypothesis]
-    ) -> list[Set]:
-        """Combine the likeliest effects: a pair may lower the error where neither effect does."""
-        budget = self.validator.experiment.candidate_set.budget
-        top = [s.candidates[0] for s in singles[: budget.paired]]
-        known = set(best.candidates)
-        pairs = [(a, b) for i, a in enumerate(top) for b in top[i + 1 :] if {a, b} != known]
-        return [(pair, None) for pair in pairs]
 
 
 def search_runs(experiment: Experiment, *, tell: Tell | None = None) -> RunsSearch:
