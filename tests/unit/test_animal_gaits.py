@@ -23,16 +23,6 @@ def legs_of(name: str) -> Anatomy:
     return anatomy_of(load_robot(name))
 
 
-def grounded(pattern: Pattern, name: str) -> np.ndarray:
-    """Return how many legs stand at instants of a cycle."""
-    legs = legs_of(name)
-    phases = phases_of(pattern, legs)
-    # between the instants at which legs land and leave
-    times = (np.arange(240) + 0.5) / 240.0
-    standing = np.mod(times[:, None] + phases, 1.0) < duty_of(pattern, len(phases))
-    return standing.sum(axis=1)
-
-
 @pytest.mark.parametrize(
     ("pattern", "animal", "least", "most"),
     [
@@ -46,7 +36,12 @@ def grounded(pattern: Pattern, name: str) -> np.ndarray:
 )
 def test_enough_legs_stand(pattern: Pattern, animal: str, least: int, most: int) -> None:
     """At every instant as many legs stand as the pattern's name says."""
-    count = grounded(pattern, animal)
+    legs = legs_of(animal)
+    phases = phases_of(pattern, legs)
+    # between the instants at which legs land and leave
+    times = (np.arange(240) + 0.5) / 240.0
+    standing = np.mod(times[:, None] + phases, 1.0) < duty_of(pattern, len(phases))
+    count = standing.sum(axis=1)
     assert (count.min(), count.max()) == (least, most)
 
 

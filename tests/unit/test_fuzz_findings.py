@@ -33,10 +33,6 @@ from seals.sysid.data.join import join_logs
 from seals.sysid.validation.answer import read_answer
 
 
-def _npy(header: bytes) -> bytes:
-    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + bytes(96)
-
-
 @pytest.mark.parametrize(
     "header",
     [b"{'descr': '<f8', 'shape': FaFaF", b"{'descr': '''<f8'}\n", b"{'a\0': (\n\n", b"[" * 9000],
@@ -44,7 +40,7 @@ def _npy(header: bytes) -> bytes:
 def test_a_damaged_array_header(header: bytes, tmp_path: Path) -> None:
     """The header is a Python literal; its tokeniser has errors of its own."""
     file = tmp_path / "a.npy"
-    file.write_bytes(_npy(header))
+    file.write_bytes(b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + bytes(96))
     with pytest.raises(LogError, match="not a valid NumPy"):
         read_npy(file)
 

@@ -166,11 +166,7 @@ def test_instants_are_taken_over_from_the_run_alone(elsewhere: Path, home: Path,
     STRANGE[kind](elsewhere / "cut" / FOLDER / "t_000.0500.npy", home)
     with pytest.raises(ConfigError, match="is not copied"):
         _carried(elsewhere)
-    assert _carried_files(elsewhere) == []
-
-
-def _carried_files(folder: Path) -> list[Path]:
-    return [p for p in (folder / "on").rglob("*") if p.is_file()]
+    assert [p for p in (elsewhere / "on").rglob("*") if p.is_file()] == []
 
 
 def test_instants_of_any_name_or_size_are_not_taken_over(elsewhere: Path) -> None:

@@ -60,18 +60,17 @@ def missing_headings(folder: Path) -> list[str]:
     return found
 
 
-def effect_folders() -> list[Path]:
-    """Return the folders whose effects are held to the rules, the stranger's included."""
-    return [ROOT / "plugins" / "effects", ROOT / "tests" / "thirdparty" / "coral-seals"]
-
-
 def test_every_float_of_a_plugin_has_its_physics() -> None:
     """A float field of a plug-in carries unit, bounds, tolerance and source."""
     kinds = ("backends", "waves", "effects", "sensors", "actuators", "fluids")
     assert [line for kind in kinds for line in bare_floats(ROOT / "plugins" / kind)] == []
 
 
-@pytest.mark.parametrize("folder", effect_folders(), ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "folder",
+    [ROOT / "plugins" / "effects", ROOT / "tests" / "thirdparty" / "coral-seals"],
+    ids=lambda path: path.name,
+)
 def test_every_effect_states_its_law(folder: Path) -> None:
     """An effect's docstring has all headings, in order."""
     assert missing_headings(folder) == []

@@ -34,21 +34,16 @@ SETTINGS = {
 }
 
 
-def turns(rng: np.random.Generator) -> np.ndarray:
-    """Random rotation matrices by QR."""
-    q, r = np.linalg.qr(rng.normal(size=(N, 3, 3)))
-    q = q * np.sign(np.einsum("nii->ni", r))[:, None, :]
-    q[np.linalg.det(q) < 0.0, :, 0] *= -1.0
-    return q
-
-
 def around() -> Conditions:
     """Conditions that vary in every way."""
     rng = np.random.default_rng(3)
+    q, r = np.linalg.qr(rng.normal(size=(N, 3, 3)))
+    q = q * np.sign(np.einsum("nii->ni", r))[:, None, :]
+    q[np.linalg.det(q) < 0.0, :, 0] *= -1.0
     return Conditions(
         time=np.concatenate([w + np.linspace(0.0, 0.98, KNOTS) for w in range(WINDOWS)]),
         position=rng.uniform(-1.0, 1.0, (N, 3)),
-        turn=turns(rng),
+        turn=q,
         velocity=rng.normal(size=(N, 3)),
         spin=rng.normal(size=(N, 3)),
         submersion=rng.uniform(0.0, 1.0, N),

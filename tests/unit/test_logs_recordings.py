@@ -98,17 +98,6 @@ def _stamp(k: int) -> int:
     return START * 1_000_000_000 + k * 10_000_000 + 2_000_000
 
 
-def _bag(place: Path, storage: str) -> Path:
-    folder = place / "recording"
-    plugin = rosbag2.StoragePlugin[storage]
-    with rosbag2.Writer(folder, version=8, storage_plugin=plugin) as bag:
-        for topic, (kind, make) in TOPICS.items():
-            connection = bag.add_connection(topic, kind, typestore=STORE)
-            for k in range(COUNT):
-                bag.write(connection, _stamp(k), STORE.serialize_cdr(make(k), kind))
-    return folder
-
-
 def _mcap(place: Path, compression: str = "ZSTD", topics: dict[str, Any] | None = None) -> Path:
     file = place / "recording.mcap"
     with file.open("wb") as stream:
@@ -150,7 +139,13 @@ LEVEL: dict[str, Any] = {"columns": {"/level/data": "depth"}, "units": {"/level/
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 def test_a_rosbag2_becomes_a_log(storage: str, tmp_path: Path) -> None:
     """Either storage gives the same log, from the folder and from the file in it."""
-    folder = _bag(tmp_path, storage)
+    folder = tmp_path / "recording"
+    plugin = rosbag2.StoragePlugin[storage]
+    with rosbag2.Writer(folder, version=8, storage_plugin=plugin) as bag:
+        for topic, (kind, make) in TOPICS.items():
+            connection = bag.add_connection(topic, kind, typestore=STORE)
+            for k in range(COUNT):
+                bag.write(connection, _stamp(k), STORE.serialize_cdr(make(k), kind))
     _check(ReaderRosbag2(**LEVEL).read(folder)[0])
     (file,) = (path for path in folder.iterdir() if path.suffix in (".db3", ".mcap"))
     _check(ReaderRosbag2(**LEVEL).read(file)[0])

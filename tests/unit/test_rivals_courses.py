@@ -148,7 +148,9 @@ def test_thrust_follows_a_step_with_the_lag() -> None:
         "held_out=[]",
         "compare.stride=1",
     )
-    cases = cases_of(settings)([Log(name="f", columns=columns)], settings, _robot(settings))
+    cases = cases_of(settings)(
+        [Log(name="f", columns=columns)], settings, build_robot(settings.robot)
+    )
     found = predicted(settings, ["gravity", "rotors", "rotor_lag"], cases)
     assert sum(len(c.time) for c in cases) > 4000
     for case, samples in zip(cases, found, strict=True):
@@ -180,10 +182,6 @@ def test_a_ladder_of_thrust_finds_the_lag_of_the_rotors() -> None:
     assert fitted["effects.rotor_lag.time_constant_change"] == pytest.approx(0.06, rel=0.03)
     rms = [v.rms("specific_force", held_out=False) for v in (static, lagged)]
     assert rms[1] < 0.5 * rms[0]
-
-
-def _robot(settings: CompareSettings) -> object:
-    return build_robot(settings.robot)
 
 
 def test_a_slow_wave_carries_the_section_along() -> None:

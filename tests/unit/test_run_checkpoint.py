@@ -291,7 +291,12 @@ def test_the_old_kind_is_refused_before_it_is_opened(
         "eats": pickle.dumps(_Evil(np.ndarray, (1 << 30,))),
         "runs": pickle.dumps(_Evil(os.mkdir, str(mark))),
     }[attack]
-    cut = _run_folder(tmp_path)
+    words = ["robot=ball", "time.duration=0.02"]
+    assert main(["run", *words, "hydra.run.dir=cut"]) == 0
+    cut = tmp_path / "cut"
+    facts = json.loads((cut / "run.json").read_text())
+    (cut / "run.json").write_text(json.dumps({**facts, "state": "running"}))
+    (cut / "checkpoint").mkdir()
     (cut / "checkpoint" / name).write_bytes(evil)
     before = sorted(tmp_path.rglob("*"))
     assert main(["run", "resume=cut", "hydra.run.dir=on"]) == 2
@@ -326,14 +331,3 @@ def test_a_memory_that_only_its_owner_understands_fails_in_words(
     text = capsys.readouterr().err
     assert "may be damaged or forged" in text
     assert "Traceback" not in text
-
-
-def _run_folder(place: Path) -> Path:
-    """Return the folder of a run that was cut off before its first checkpoint."""
-    words = ["robot=ball", "time.duration=0.02"]
-    assert main(["run", *words, "hydra.run.dir=cut"]) == 0
-    cut = place / "cut"
-    facts = json.loads((cut / "run.json").read_text())
-    (cut / "run.json").write_text(json.dumps({**facts, "state": "running"}))
-    (cut / "checkpoint").mkdir()
-    return cut

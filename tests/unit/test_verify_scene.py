@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from seals.frames import matrix_of, quaternion_of_rpy
-from seals.robot.model import RobotModel
 from seals.robot.urdf import read_urdf
 from seals.sysid.data.robot_description import describe_robot
 from seals.sysid.validation.scene import urdf_of
@@ -17,17 +16,14 @@ from seals.sysid.validation.scene import urdf_of
 TURNS = ((0.3, -0.4, 2.0), (0.1, np.pi / 2.0, 0.7), (-2.0, 0.5, 0.1))
 
 
-def _turned(robot: RobotModel, turns: np.ndarray) -> RobotModel:
-    rotation = robot.tree.rotation.copy()
-    rotation[1 : 1 + len(turns)] = matrix_of(quaternion_of_rpy(turns))
-    return replace(robot, tree=replace(robot.tree, rotation=rotation))
-
-
 @pytest.mark.parametrize("name", ["auv", "free_arm", "hexacopter"])
 def test_links_keep_their_places_and_axes(name: str, tmp_path: Path) -> None:
     """Fixed links stay fixed, and frames that are turned against their parents stay turned."""
     robot = describe_robot(name).robot
-    robot = _turned(robot, np.array(TURNS[: len(robot.links) - 1]))
+    turns = np.array(TURNS[: len(robot.links) - 1])
+    rotation = robot.tree.rotation.copy()
+    rotation[1 : 1 + len(turns)] = matrix_of(quaternion_of_rpy(turns))
+    robot = replace(robot, tree=replace(robot.tree, rotation=rotation))
     path = tmp_path / "again.urdf"
     path.write_text(urdf_of(robot), encoding="utf-8")
     again = {joint.child: joint for joint in read_urdf(path).joints}

@@ -61,14 +61,6 @@ def added_matrix(k: int) -> NDArray[np.float64]:
     )
 
 
-def own_matrix(k: int) -> NDArray[np.float64]:
-    """Return the inertia of link k itself about its origin."""
-    x, y, z = CENTRES[k]
-    s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    m = MASSES[k]
-    return np.block([[m * np.eye(3), -m * s], [m * s, np.diag(INERTIAS[k]) - m * s @ s]])
-
-
 def about(axis: int, angle: Any) -> Any:
     """Return rotations about a coordinate axis for angles (B,), complex angles allowed."""
     c, s, i, j = np.cos(angle), np.sin(angle), (axis + 1) % 3, (axis + 2) % 3
@@ -108,7 +100,18 @@ def energies(q: Any) -> tuple[Any, Any, Any]:
     potential: Any = 0.0
     for k, (origin, turn, jacobian) in enumerate(links_at(q)):
         flip = np.swapaxes(jacobian, 1, 2)
-        mass = mass + flip @ (own_matrix(k) + added_matrix(k)) @ jacobian
+        x, y, z = CENTRES[k]
+        s = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        m = MASSES[k]
+        mass = (
+            mass
+            + flip
+            @ (
+                np.block([[m * np.eye(3), -m * s], [m * s, np.diag(INERTIAS[k]) - m * s @ s]])
+                + added_matrix(k)
+            )
+            @ jacobian
+        )
         damping = damping + DRAG * flip[:, :, :3] @ jacobian[:, :3]
         weight = (origin + turn @ np.array(CENTRES[k]))[:, 2] * MASSES[k]
         lift = (origin + turn @ np.array(LIFTS[k]))[:, 2] * DISPLACED[k]

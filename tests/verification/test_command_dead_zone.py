@@ -45,16 +45,6 @@ def followed(effects: EffectSet, times: Floats, commands: Floats) -> Floats:
     return np.array(out)
 
 
-def thrusts(effects: EffectSet, states: Floats) -> Floats:
-    """Forces of the thrusters in some states of their drives, shape (T, n)."""
-    now = random_instant(np.random.default_rng(0), 1)
-    inputs = Inputs(0.0, np.zeros((1, 0)), states)
-    (actuator,), (dead,) = effects.actuators, effects.actuations
-    drives: Drives = actuator.hooks.drives(inputs, actuator.params)
-    out: Floats = dead.hooks.actuation(drives, now.motion, now.medium, inputs, dead.params).thrust
-    return out
-
-
 @pytest.mark.parametrize(("form", "beyond"), [("shifted", 5.0 - DEAD), ("jump", 5.0)])
 def test_a_step_beyond_it_is_followed_with_the_lag(form: str, beyond: float) -> None:
     """As u (1 - exp(-t / tau)), u less the dead zone or all of it; nothing of 1.5 N."""
@@ -80,7 +70,12 @@ def test_a_sine_passes_dead_zone_and_lag_in_their_order(place: str) -> None:
     times = np.arange(12000) * step
     effects = fitted("shifted", place)
     command = np.stack([size * np.sin(omega * (times + 0.5 * step)), 0.0 * times], axis=1)
-    force = thrusts(effects, followed(effects, times, command))[:, 0]
+    now = random_instant(np.random.default_rng(0), 1)
+    inputs = Inputs(0.0, np.zeros((1, 0)), followed(effects, times, command))
+    (actuator,), (dead,) = effects.actuators, effects.actuations
+    drives: Drives = actuator.hooks.drives(inputs, actuator.params)
+    out: Floats = dead.hooks.actuation(drives, now.motion, now.medium, inputs, dead.params).thrust
+    force = out[:, 0]
     # the second half holds three periods, behind the start
     kept = times >= 1.0
     carrier = np.exp(-1j * omega * times[kept])

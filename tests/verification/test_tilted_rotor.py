@@ -35,12 +35,6 @@ def hovered(parent: Path, *words: str) -> Log:
     return record.log
 
 
-def yaw_of(log: Log) -> np.ndarray:
-    """Heading [rad]."""
-    w, x, y, z = log.channel("orientation").T
-    return np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
 def test_the_tail_servo_balances_the_reaction_of_the_rotors(tmp_path: Path) -> None:
     """At rest its angle is that of the balance of lift, pitch and yaw.
 
@@ -58,7 +52,8 @@ def test_the_tail_servo_balances_the_reaction_of_the_rotors(tmp_path: Path) -> N
     found = float(log.columns["joint_position_1"][-1])
     print(f"tilt {found:.5f} rad, balance {expected:.5f}")
     assert found == pytest.approx(expected, rel=0.005)
-    assert abs(yaw_of(log)[-1]) < 1e-3
+    w, x, y, z = log.channel("orientation").T
+    assert abs(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))[-1]) < 1e-3
     assert log.channel("position")[-1] == pytest.approx([0.0, 0.0, 1.0], abs=0.01)
 
 
