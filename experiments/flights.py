@@ -38,10 +38,7 @@ def flown(out: Path, experiment: str, cases: Mapping[str, Sequence[str]]) -> dic
     records = {}
     for name, overrides in cases.items():
         words = [f"experiment={experiment}", f"name={experiment}_{name}", *overrides]
-        record = run_into(out / name, run_settings(words), overrides=words)
-        if record.error is not None:
-            raise record.error
-        records[name] = record
+        records[name] = run_into(out / name, run_settings(words), overrides=words).checked()
     return records
 
 

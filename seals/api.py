@@ -119,9 +119,7 @@ def simulate(overrides: Sequence[str], out: str | Path) -> Log:
     settings = build_run(config)
     (folder / ".hydra").mkdir(parents=True, exist_ok=True)
     write_config(folder, config)
-    record = run_into(folder, settings, overrides=list(overrides))
-    if record.error is not None:
-        raise record.error
+    run_into(folder, settings, overrides=list(overrides)).checked()
     return read_native(folder)
 
 

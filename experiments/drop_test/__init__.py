@@ -82,7 +82,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     record = run_into(out, settings, overrides=words)
     bottom = settings.environment.tank_bottom or 0.0
     floor = pressed(record.log)
-    found = _measures(record.log) | landing(record.log, floor)
+    flown = record.log.columns
+    z = flown["position_z"]
+    speed = np.gradient(z, record.log.time)
+    wet = int(np.argmax(z < 0.0))
+    under = (z < -0.3) & (z > -1.0)
+    push = held(flown["specific_force_z"])
+    found = (
+        {
+            "time until the body's origin is under water [s]": float(record.log.time[wet]),
+            "largest speed [m/s]": float(-speed.min()),
+            "largest specific force along body z [m/s^2]": float(push.max()),
+            "mean speed between 0.3 and 1 m under water [m/s]": float(-speed[under].mean())
+            if under.any()
+            else 0.0,
+            "height at the end [m]": float(z[-1]),
+            "speed at the end [m/s]": float(abs(speed[-1])),
+        }
+    ) | landing(record.log, floor)
     if record.fluid:
         figures = record.fluid
         names = {
@@ -114,25 +131,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     pictures = draw_frames(log, settings, list(times.values()), View(pitch=-6.0))
     write_sheet(out / "stages.png", dict(zip(times, pictures, strict=True)))
     return 0
-
-
-def _measures(log: Log) -> dict[str, float]:
-    """Return the figures of a drop by name, unit in the name."""
-    z = log.columns["position_z"]
-    speed = np.gradient(z, log.time)
-    wet = int(np.argmax(z < 0.0))
-    under = (z < -0.3) & (z > -1.0)
-    force = held(log.columns["specific_force_z"])
-    return {
-        "time until the body's origin is under water [s]": float(log.time[wet]),
-        "largest speed [m/s]": float(-speed.min()),
-        "largest specific force along body z [m/s^2]": float(force.max()),
-        "mean speed between 0.3 and 1 m under water [m/s]": float(-speed[under].mean())
-        if under.any()
-        else 0.0,
-        "height at the end [m]": float(z[-1]),
-        "speed at the end [m/s]": float(abs(speed[-1])),
-    }
 
 
 def pressed(log: Log) -> Floats:

@@ -42,16 +42,19 @@ def ship(folders: Sequence[Path], target: Path, *, command: str) -> Path:
     return target
 
 
+def _present(path: Path) -> Path:
+    if not path.is_file():
+        raise ConfigError(f"{path} is missing.\nRun the complete recipe first.")
+    return path
+
+
 def _curve_of(folder: Path) -> list[dict[str, float]]:
     """Return the scores of a training at its validation starts, over its steps.
 
     Raises:
         ConfigError: there are none.
     """
-    path = folder / "evaluation.csv"
-    if not path.is_file():
-        raise ConfigError(f"{path} is missing.\nRun the complete recipe first.")
-    with path.open(encoding="utf-8", newline="") as file:
+    with _present(folder / "evaluation.csv").open(encoding="utf-8", newline="") as file:
         return [{name: float(row[name]) for name in LOOKED} for row in csv.DictReader(file)]
 
 
@@ -61,9 +64,7 @@ def _judged_of(folder: Path) -> dict[str, Any]:
     Raises:
         ConfigError: it was not judged.
     """
-    path = folder / "held_out" / "evaluation.json"
-    if not path.is_file():
-        raise ConfigError(f"{path} is missing.\nRun the complete recipe first.")
+    path = _present(folder / "held_out" / "evaluation.json")
     own = json.loads(path.read_text(encoding="utf-8"))["judgements"][0]
     share, low, high = own["shares"]["success"][:3]
     middle = QUANTILES.index(0.5)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from seals.arrays import Floats
 from seals.errors import ConfigError, refuse_unlisted
 from seals.experiments.command import CommandParser, show_table, whole
 from seals.experiments.learning_study.arms import MOST_SEEDS, Training
@@ -54,7 +53,13 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.stage == "fly":
         return fly(task, out)
     if given.stage == "tell":
-        show_table(out, tell(_table_of(out, given.task), out))
+        name = given.task
+        if any((out / arm).is_dir() for arm in ARMS):
+            table = gather(out)
+        else:
+            table = out / EPISODES
+            table = kept(table if table.exists() else shipped(name).parents[1] / f"{name}.parquet")
+        show_table(out, tell(table, out))
         return 0
     jobs = trainings(
         out, task, answers.resolve(), seeds=given.seeds, device=given.device, more=tuple(given.more)
@@ -66,19 +71,6 @@ def main(words: Sequence[str] | None = None) -> int:
     if left:
         print(f"{left} of {len(jobs)} processes are not finished: the same command goes on.")
     return 1 if left else 0
-
-
-def _table_of(out: Path, name: str) -> dict[str, Floats]:
-    """Return the evaluated episodes of a folder, or those that ship with SEALS if it has none.
-
-    Args:
-        out: folder of trainings, or of a table.
-        name: of the task.
-    """
-    if any((out / arm).is_dir() for arm in ARMS):
-        return gather(out)
-    table = out / EPISODES
-    return kept(table if table.exists() else shipped(name).parents[1] / f"{name}.parquet")
 
 
 def shipped(name: str) -> Path:

@@ -235,7 +235,18 @@ class LiveFoxglove:
         if self._beat.due(world.time):
             self._server.broadcast_time(now)
             self._poses(world, now)
-            self._plots(world, now)
+            robot = world.actors[ROBOT]
+            kinematics, moving = robot.look()
+            state: dict[str, Any] = {
+                "time": world.time,
+                "position": _xyz(kinematics.origins[0, 0]),
+                "velocity": _xyz(moving.twists[0, 0, :3]),
+                "angular_velocity": _xyz(moving.twists[0, 0, 3:]),
+                "joints": robot.body.joint_positions().tolist(),
+                "command": [] if robot.command is None else robot.command[0].tolist(),
+                "stage": "" if robot.pilot is None else robot.pilot.stage,
+            }
+            self._channels["/state"].log(state, log_time=now)
         self._pace.wait(world.time)
 
     def _poses(self, world: World, now: int) -> None:
@@ -264,21 +275,6 @@ class LiveFoxglove:
             entities += _arrows(messages, stamp, space, actor, self.force_scale)
         self._channels["/tf"].log(messages.FrameTransforms(transforms=frames), log_time=now)
         self._channels["/scene"].log(messages.SceneUpdate(entities=entities), log_time=now)
-
-    def _plots(self, world: World, now: int) -> None:
-        """Send the robot's state and commands as numbers to be plotted."""
-        actor = world.actors[ROBOT]
-        kinematics, moving = actor.look()
-        state: dict[str, Any] = {
-            "time": world.time,
-            "position": _xyz(kinematics.origins[0, 0]),
-            "velocity": _xyz(moving.twists[0, 0, :3]),
-            "angular_velocity": _xyz(moving.twists[0, 0, 3:]),
-            "joints": actor.body.joint_positions().tolist(),
-            "command": [] if actor.command is None else actor.command[0].tolist(),
-            "stage": "" if actor.pilot is None else actor.pilot.stage,
-        }
-        self._channels["/state"].log(state, log_time=now)
 
     def close(self) -> None:
         """Stop the server."""

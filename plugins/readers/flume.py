@@ -93,16 +93,13 @@ class ReaderFlume(ReaderPublished):
         sigma["sway_acceleration"] = 3e-4
         channels: dict[str, Any] = {key: {"sigma": s, "rate": rate} for key, s in sigma.items()}
         channels["position"] = {"rate": 20.0, "unit": "m"}
-        meta: dict[str, Any] = {"sensors": {"channels": channels}, "wave": _wave(stem)}
+        meta: dict[str, Any] = {"sensors": {"channels": channels}, "wave": {}}
+        if match := _NAME.match(stem):
+            meta["wave"] = {
+                "index": match["wave"],
+                "nominal_height": _HEIGHT.get(match["height"]),
+                "angular_frequency": _FREQUENCY.get(match["wave"]),
+            }
         if "position_z" not in columns:
             meta["vehicle"] = None
         return self.described(stem, columns, meta=meta)
-
-
-def _wave(stem: str) -> dict[str, Any]:
-    """What the name of a run says of its wave."""
-    match = _NAME.match(stem)
-    if match is None:
-        return {}
-    height, frequency = _HEIGHT.get(match["height"]), _FREQUENCY.get(match["wave"])
-    return {"index": match["wave"], "nominal_height": height, "angular_frequency": frequency}

@@ -10,7 +10,7 @@ import numpy as np
 from seals.arrays import Floats
 from seals.batch import TwinState
 from seals.compare.case import Case, Start, regimes_of_drop, regimes_of_height
-from seals.compare.events import DropEvents, find_drop
+from seals.compare.events import find_drop
 from seals.compare.noise import noise_of
 from seals.compare.predict import PREDICTABLE
 from seals.compare.settings import CompareSettings, StartMode
@@ -70,44 +70,6 @@ def _start_of_pose(log: Log, initial: InitialSettings, joints: int) -> Start:
     parts = (position, quaternion, velocity, spin, q, rates)
     state = TwinState(*(x[None] for x in parts))
     return Start(state=state, sigma=sigma, source="first samples of the pose")
-
-
-def _start_of_drop(
-    events: DropEvents,
-    robot: RobotModel,
-    hulls: list[Hull],
-    *,
-    water: float,
-    gravity: float,
-    before: float,
-) -> Start:
-    """Return the start state of a drop from rest, ``before`` seconds before water entry.
-
-    Args:
-        events: of the drop.
-        robot: what falls, upright.
-        hulls: of its links.
-        water: surface height [m].
-        gravity: [m/s^2].
-        before: [s].
-    """
-    speed = gravity * (events.fall - before)
-    lowest = min(
-        _lowest(robot, k, hull) for k, hull in enumerate(hulls) if robot.hulls[k] is not None
-    )
-    height = water - lowest + speed * before + 0.5 * gravity * before**2
-    joints = robot.tree.joints
-    place, falling = [0.0, 0.0, height], [0.0, 0.0, -speed]
-    # held: a model that lacks a force would buy its fit by moving the contact
-    return Start(
-        state=TwinState.at_rest(1, joints, np.zeros(1), position=place, velocity=falling),
-        sigma=np.zeros(12 + 2 * joints),
-        source=(
-            f"release from rest {events.fall:.3f} s before the entry: "
-            f"{speed:.2f} +- {gravity * events.spread:.3f} m/s at first contact, "
-            f"which is known to {1e3 * events.spread:.2f} ms"
-        ),
-    )
 
 
 def _lowest(robot: RobotModel, link: int, hull: Hull) -> float:
@@ -319,8 +281,24 @@ def _drop_case(
     end = min(
         events.entry + options.after, events.catch - options.margin if events.caught else np.inf
     )
-    start = _start_of_drop(
-        events, robot, hulls_of(robot), water=level, gravity=gravity, before=options.before
+    hulls = hulls_of(robot)
+    before = options.before
+    falling_speed = gravity * (events.fall - before)
+    lowest = min(
+        _lowest(robot, k, hull) for k, hull in enumerate(hulls) if robot.hulls[k] is not None
+    )
+    height = level - lowest + falling_speed * before + 0.5 * gravity * before**2
+    joints = robot.tree.joints
+    place, falling = [0.0, 0.0, height], [0.0, 0.0, -falling_speed]
+    # held: a model that lacks a force would buy its fit by moving the contact
+    start = Start(
+        state=TwinState.at_rest(1, joints, np.zeros(1), position=place, velocity=falling),
+        sigma=np.zeros(12 + 2 * joints),
+        source=(
+            f"release from rest {events.fall:.3f} s before the entry: "
+            f"{falling_speed:.2f} +- {gravity * events.spread:.3f} m/s at first contact, "
+            f"which is known to {1e3 * events.spread:.2f} ms"
+        ),
     )
     step = float(np.median(np.diff(log.time)))
     rows = np.flatnonzero((log.time >= begin) & (log.time <= end))[:: max(1, options.stride)]
@@ -354,21 +332,14 @@ def _drop_case(
 
 def _sigma(log: Log, channel: str) -> Floats:
     """Noise of a channel; components that the log lacks get 1, they have no samples."""
-    sigma = noise_of(_as_vector(log, channel), stated=_stated(log, channel))
+    values = log.channel(channel)
+    if channel == "orientation":
+        # the scatter of the residual is that of a rotation vector
+        sign = np.sign(values[:, :1] + 1e-300)
+        values = np.asarray(2.0 * (values * sign)[:, 1:])
+    sigma = noise_of(values, stated=_stated(log, channel))
     sigma = sigma[:3] if channel == "orientation" else sigma
     return np.where(np.isfinite(sigma), sigma, 1.0)
-
-
-def _as_vector(log: Log, channel: str) -> Floats:
-    """Samples with the scatter of the residual; an attitude as a rotation vector.
-
-    Twice the vector part of an attitude is a rotation.
-    """
-    values = log.channel(channel)
-    if channel != "orientation":
-        return values
-    sign = np.sign(values[:, :1] + 1e-300)
-    return np.asarray(2.0 * (values * sign)[:, 1:])
 
 
 def _stated(log: Log, channel: str) -> float | None:

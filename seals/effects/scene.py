@@ -102,7 +102,19 @@ class Scene:
             params = {k: _beside(p, rows, count) for k, p in b.params.items()}
             beside = mapped(medium, lambda x: _beside(x, rows, count))
             still = Joints(flat[:, :0], flat[:, :0])
-            given = (_points(flat, time), beside, still, self._inputs, None, params, self)
+            # points at rest in the world, whose axes are those of the world
+            one = as_like(np.eye(3)[None], flat)
+            none = 0.0 * flat
+            zero = none[:1, :1]
+            given = (
+                Motion(time, flat, one, one[:, 2, :], none, none, Body(zero, none[:1], zero, zero)),
+                beside,
+                still,
+                self._inputs,
+                None,
+                params,
+                self,
+            )
             velocity, _ = b.hooks.flow(*pick_of(b.effect, "flow")(given))
             for kind in [k for k in flows if b.kind in (k, None, MediumKind.any)]:
                 flows[kind] = flows[kind] + velocity
@@ -150,11 +162,3 @@ def _beside(values: Array, rows: int, count: int) -> Array:
         values = xp.concat([values] * (rows // values.shape[0]), axis=0)
     place = xp.asarray(np.repeat(np.arange(rows), count))
     return xp.take(values, place, axis=0)
-
-
-def _points(position: Array, time: Array) -> Motion:
-    """Motion of points at rest in the world, whose axes are those of the world."""
-    one = as_like(np.eye(3)[None], position)
-    none = 0.0 * position
-    zero = none[:1, :1]
-    return Motion(time, position, one, one[:, 2, :], none, none, Body(zero, none[:1], zero, zero))

@@ -63,7 +63,7 @@ def refuse_references(path: Path, where: str) -> None:
     try:
         if kind in _TEXTS:
             _refuse_bulk(_lines(path), kind)
-        for name in _NAMES.get(kind, _none)(path):
+        for name in _NAMES[kind](path) if kind in _NAMES else ():
             refuse_elsewhere(name, path, where)
     except ValueError as cause:
         raise RobotError(
@@ -165,10 +165,6 @@ def _refuse_bulk(raw: bytes, kind: str) -> None:
         )
     if kind == ".stl" and len(_SOLIDS.findall(raw)) > MOST_SOLIDS:
         raise ValueError(f"it has more than {MOST_SOLIDS:,} solids")
-
-
-def _none(path: Path) -> tuple[str, ...]:
-    return ()
 
 
 def _one_kind_of_ends(raw: bytes) -> bytes:

@@ -44,7 +44,12 @@ def _check_time(log: Log) -> list[Finding]:
         text = f"{bad.sum()} time stamps are not finite, or beyond {LARGEST:g} s.\n"
         text += "Remove these rows."
         return [_time("time_not_finite", text, count=int(bad.sum()))]
-    starts, steps = _steps(log)
+    begins, spans = [], []
+    for number in np.unique(log.segment):
+        time = log.time[log.segment == number]
+        begins.append(time[:-1])
+        spans.append(np.diff(time))
+    starts, steps = np.concatenate(begins), np.concatenate(spans)
     if steps.size == 0:
         return [_time("too_few_rows", "no segment has two rows.")]
     found = [
@@ -83,15 +88,6 @@ def _time(
     return Finding(
         severity=severity, code=code, channel="t", message=message, count=count, where=where
     )
-
-
-def _steps(log: Log) -> tuple[Floats, Floats]:
-    starts, steps = [], []
-    for number in np.unique(log.segment):
-        time = log.time[log.segment == number]
-        starts.append(time[:-1])
-        steps.append(np.diff(time))
-    return np.concatenate(starts), np.concatenate(steps)
 
 
 def _first(starts: Floats, mask: NDArray[np.bool_]) -> float:

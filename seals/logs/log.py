@@ -17,10 +17,6 @@ from seals.untrusted_io import first_bad_number
 Integers = NDArray[np.int64]
 
 
-def _no_segments() -> Integers:
-    return np.zeros(0, dtype=np.int64)
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Log:
     """Rows of samples over time, in SI units, world ENU and body FLU.
@@ -47,7 +43,7 @@ class Log:
 
     name: str
     columns: Mapping[str, Floats]
-    segment: Integers = field(default_factory=_no_segments)
+    segment: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     meta: dict[str, Any] = field(default_factory=dict)
     source: str = ""
     licence: str = ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +60,15 @@ def merge(streams: Sequence[Stream], *, where: str) -> tuple[dict[str, Floats], 
     full = [_sorted(stream, where) for stream in streams if stream.stamps.size and stream.columns]
     if not full:
         raise LogError(f"'{where}' contains no sample of a known channel.")
-    _refuse_twice(full, where)
+    owner: dict[str, str] = {}
+    for one in full:
+        for column in one.columns:
+            if column in owner:
+                raise LogError(
+                    f"'{where}': '{owner[column]}' and '{one.name}' both give '{column}'.\n"
+                    f"Choose one: topics=['{one.name}', ...]"
+                )
+            owner[column] = one.name
     stamps = np.unique(np.concatenate([stream.stamps for stream in full]))
     width = 1 + sum(len(stream.columns) for stream in full)
     if stamps.size * width > MOST_CELLS:
@@ -105,15 +113,3 @@ def _sorted(stream: Stream, where: str) -> Stream:
     kept = order[last]
     columns = {name: values[kept] for name, values in stream.columns.items()}
     return Stream(name=stream.name, stamps=stream.stamps[kept], columns=columns)
-
-
-def _refuse_twice(streams: Collection[Stream], where: str) -> None:
-    owner: dict[str, str] = {}
-    for stream in streams:
-        for name in stream.columns:
-            if name in owner:
-                raise LogError(
-                    f"'{where}': '{owner[name]}' and '{stream.name}' both give '{name}'.\n"
-                    f"Choose one: topics=['{stream.name}', ...]"
-                )
-            owner[name] = stream.name

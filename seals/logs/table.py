@@ -299,7 +299,15 @@ def read_csv_columns(
     picked = None if wanted is None else forced
     kinds = {name: pa.float64() for name in forced}
     if clock in kinds:
-        kinds[clock] = _kind_of_time(raw, names.index(clock), delimiter, skip_lines)
+        place = names.index(clock)
+        lines = raw[: 1 << 20].split(b"\n", skip_lines + 2)
+        cells = (
+            lines[skip_lines + 1].split(delimiter.encode()) if len(lines) > skip_lines + 1 else []
+        )
+        found = _DATE.fullmatch(cells[place].strip(b'" \r')) if place < len(cells) else None
+        kinds[clock] = (
+            pa.timestamp("ns", "UTC" if found["zone"] else None) if found else pa.float64()
+        )
     try:
         from pyarrow import csv
 
@@ -316,16 +324,6 @@ def read_csv_columns(
             "Numbers need a decimal point; a missing sample is an empty field or nan."
         ) from error
     return _numbers(Path(path), table, clock)
-
-
-def _kind_of_time(raw: bytes, place: int, delimiter: str, skip_lines: int) -> Any:
-    """Return the type of the time column, numbers or dates, by its first cell."""
-    import pyarrow as pa
-
-    lines = raw[: 1 << 20].split(b"\n", skip_lines + 2)
-    cells = lines[skip_lines + 1].split(delimiter.encode()) if len(lines) > skip_lines + 1 else []
-    found = _DATE.fullmatch(cells[place].strip(b'" \r')) if place < len(cells) else None
-    return pa.timestamp("ns", "UTC" if found["zone"] else None) if found else pa.float64()
 
 
 def header(path: str | Path, raw: bytes, *, delimiter: str = ",", skip_lines: int = 0) -> list[str]:

@@ -92,17 +92,16 @@ def _visuals(robot: RobotModel, parts: Any, named: Mapping[str, Any]) -> Iterato
     for part in parts:
         piece = piece_of_geometry(robot, part)
         if piece is not None:
-            yield _shape(piece, _colour(getattr(part, "material", None), named))
+            material = getattr(part, "material", None)
+            if material is not None and material.color is None:
+                material = named.get(material.name)
+            if material is None or material.color is None:
+                colour = PLAIN
+            else:
+                red, green, blue = (min(max(float(x), 0.0), 1.0) for x in material.color.rgba[:3])
+                colour = red, green, blue
+            yield _shape(piece, colour)
 
 
 def _shape(p: Piece, colour: Colour) -> Shape:
     return Shape(p.kind, p.size, p.position, p.rotation, colour, 0, 0, p.vertices, p.faces)
-
-
-def _colour(material: Any, named: Mapping[str, Any]) -> Colour:
-    if material is not None and material.color is None:
-        material = named.get(material.name)
-    if material is None or material.color is None:
-        return PLAIN
-    red, green, blue = (min(max(float(x), 0.0), 1.0) for x in material.color.rgba[:3])
-    return red, green, blue

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seals.arrays import Array, Floats
-from seals.errors import ConfigError, refuse_unlisted
+from seals.errors import ConfigError, PhysicsError, refuse_unlisted
 
 NOTHING = "nothing"
 """Name of what a ray meets that meets nothing; always the first of a scene."""
@@ -100,6 +100,20 @@ class Poses(NamedTuple):
     def nowhere(cls, environments: int = 1) -> Poses:
         """Return the poses of a scene without moving frames."""
         return cls(np.zeros((environments, 0, 3)), np.zeros((environments, 0, 3, 3)))
+
+
+_Prepared = TypeVar("_Prepared")
+
+
+def opened(prepared: _Prepared | None) -> _Prepared:
+    """Return what a renderer has prepared of its scene.
+
+    Raises:
+        PhysicsError: no scene is open.
+    """
+    if prepared is None:
+        raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
+    return prepared
 
 
 def check_scene(scene: Scene) -> None:

@@ -55,12 +55,27 @@ def fused(
     groups = [
         _Group(robot, top, own, origins, turns) for top, own in zip(kept, members, strict=True)
     ]
+    tree = robot.tree
+    holder = _owners(tree, kept)
+    parents = [-1] + [kept.index(holder[tree.parent[k]]) for k in kept[1:]]
+    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
+    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
+    drives = tree.drive_inertia
     return RobotModel(
         name=robot.name,
         urdf=robot.urdf,
         links=tuple(robot.links[k] for k in kept),
         joints=tuple(robot.joints[j] for j in free),
-        tree=_tree_of(robot.tree, kept, free, origins, turns),
+        tree=Tree(
+            parent=tuple(parents),
+            joint=tuple(free.index(tree.joint[k]) if tree.joint[k] in free else -1 for k in kept),
+            prismatic=tuple(tree.prismatic[j] for j in free),
+            axis=tree.axis[free].reshape(-1, 3),
+            origin=np.array([np.zeros(3), *places[1:]]),
+            rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
+            fixed_base=tree.fixed_base,
+            drive_inertia=tuple(drives[j] for j in free) if drives else (),
+        ),
         mass=np.array([g.mass for g in groups]),
         centre=np.array([g.centre for g in groups]),
         inertia=np.array([g.inertia for g in groups]),
@@ -69,33 +84,6 @@ def fused(
         hulls=tuple(g.hull for g in groups),
         has_collision=(False,) * len(kept),
         held=not free,
-    )
-
-
-def _tree_of(tree: Tree, kept: list[int], free: list[int], origins: Floats, turns: Floats) -> Tree:
-    """Return the tree of the links that are kept and the joints that move.
-
-    Args:
-        tree: of the whole robot.
-        kept: links that stay links, the base first.
-        free: joints that are not held.
-        origins: of the links in the held posture [m], shape (L, 3).
-        turns: link to base, shape (L, 3, 3).
-    """
-    owner = _owners(tree, kept)
-    parents = [-1] + [kept.index(owner[tree.parent[k]]) for k in kept[1:]]
-    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
-    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
-    drives = tree.drive_inertia
-    return Tree(
-        parent=tuple(parents),
-        joint=tuple(free.index(tree.joint[k]) if tree.joint[k] in free else -1 for k in kept),
-        prismatic=tuple(tree.prismatic[j] for j in free),
-        axis=tree.axis[free].reshape(-1, 3),
-        origin=np.array([np.zeros(3), *places[1:]]),
-        rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
-        fixed_base=tree.fixed_base,
-        drive_inertia=tuple(drives[j] for j in free) if drives else (),
     )
 
 

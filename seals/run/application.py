@@ -82,9 +82,7 @@ def execute(config: Any) -> int | None:
         write_config(folder, OmegaConf.create(OmegaConf.to_container(config, resolve=True)))
     if original is not None or cut is not None:
         write_config(folder, config)
-    record = run_into(folder, settings, overrides=overrides, original=original, cut=cut)
-    if record.error is not None:
-        raise record.error
+    run_into(folder, settings, overrides=overrides, original=original, cut=cut).checked()
     return None
 
 

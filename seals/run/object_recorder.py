@@ -29,10 +29,11 @@ class ObjectRecorder(Recorder):
 
     def __init__(self, actors: Mapping[str, Actor], *, steps: int) -> None:
         self.actors = dict(actors)
-        self._rows = {
-            name: Rows(_columns(name, actor.robot.tree.joints), steps + 1, fill=0.0)
-            for name, actor in actors.items()
-        }
+        self._rows = {}
+        for name, actor in actors.items():
+            joints = (f"joint_position_{k + 1}" for k in range(actor.robot.tree.joints))
+            columns = [f"object_{name}_{column}" for column in (*POSE, *TURN, *SPEED, *joints)]
+            self._rows[name] = Rows(columns, steps + 1, fill=0.0)
 
     def record(self, moment: Moment) -> None:
         """Record the present poses of all objects."""
@@ -61,11 +62,6 @@ class ObjectRecorder(Recorder):
     def ledgers(self) -> dict[str, Ledger]:
         """Return every object's ledger by name."""
         return {name: actor.ledger for name, actor in self.actors.items()}
-
-
-def _columns(name: str, joints: int) -> list[str]:
-    own = (*POSE, *TURN, *SPEED, *(f"joint_position_{k + 1}" for k in range(joints)))
-    return [f"object_{name}_{column}" for column in own]
 
 
 def describe_objects(settings: RunSettings, actors: Mapping[str, Actor]) -> dict[str, Any]:

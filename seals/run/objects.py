@@ -109,9 +109,11 @@ def build_object(
         spinning=settings.spinning_friction,
         restitution=settings.restitution,
     )
-    return _weighed(robot, settings.mass, surface), bind_effects(
-        effects, robot.links, owners(fluid)
-    )
+    robot = dataclasses.replace(robot, surface=None if surface == Surface() else surface)
+    if settings.mass is not None:
+        ratio = settings.mass / float(robot.mass.sum())
+        robot = dataclasses.replace(robot, mass=ratio * robot.mass, inertia=ratio * robot.inertia)
+    return robot, bind_effects(effects, robot.links, owners(fluid))
 
 
 def object_robot(found: RobotFile) -> RobotSettings:
@@ -193,17 +195,6 @@ def build_parts(
         )
         for key, (plugin, values) in parts.items()
     }
-
-
-def _weighed(robot: RobotModel, mass: float | None, surface: Surface) -> RobotModel:
-    """Return the robot with another total mass, scaled evenly, and another surface."""
-    stated = None if surface == Surface() else surface
-    if mass is None:
-        return dataclasses.replace(robot, surface=stated)
-    ratio = mass / float(robot.mass.sum())
-    return dataclasses.replace(
-        robot, mass=ratio * robot.mass, inertia=ratio * robot.inertia, surface=stated
-    )
 
 
 def moves(settings: ObjectSettings, found: RobotFile) -> bool:

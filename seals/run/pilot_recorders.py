@@ -15,7 +15,6 @@ from seals.control.protocols import Goal
 from seals.run.recorder import Moment, Recorder, Rows, refill
 from seals.state_records import fits
 from seals.world.actor import Actor
-from seals.world.history import History
 from seals.world.pilot import Pilot
 
 
@@ -116,21 +115,19 @@ class Commands(_TableRecorder):
             return
         command, joints = self._actor.command, self._actor.joint_command
         if moment.history is not None:
-            self._record_past(moment.first, moment.history)
+            # the commands of steps that were made at once, from a row on
+            first, past = moment.first - 1, moment.history
+            lines, commands = self._rows.values[first : first + len(past.times)], past.commands()
+            if commands is not None:
+                lines[:, : self._drives] = commands
+            asked = past.joint_commands()
+            if asked is not None:
+                lines[:, self._drives :] = asked
         rows = slice(row - 1, row + 1)
         if command is not None:
             self._rows.values[rows, : self._drives] = command[0]
         if joints is not None:
             self._rows.values[rows, self._drives :] = joints[0]
-
-    def _record_past(self, first: int, past: History) -> None:
-        """Record the commands of steps that were made at once, from a row on."""
-        rows, commands = self._rows.values[first - 1 : first - 1 + len(past.times)], past.commands()
-        if commands is not None:
-            rows[:, : self._drives] = commands
-        joints = past.joint_commands()
-        if joints is not None:
-            rows[:, self._drives :] = joints
 
 
 GAP = 0.1

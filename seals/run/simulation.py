@@ -80,6 +80,16 @@ class Record:
         """Steps per second of wall time."""
         return self.steps / max(self.seconds, 1e-9)
 
+    def checked(self) -> Record:
+        """Return the record of a run that was not stopped.
+
+        Raises:
+            BaseException: what stopped the run.
+        """
+        if self.error is not None:
+            raise self.error
+        return self
+
 
 def simulate(
     settings: RunSettings,

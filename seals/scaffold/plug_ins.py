@@ -378,12 +378,31 @@ def _motors(plugin: ElementTree.Element, said: str) -> Iterator[Motor]:
         for tag in ("propeller_diameter", "max_thrust_cmd", "thrust_coefficient")
     )
     if has_thrust and _text_of(plugin, "joint_name"):
-        yield _gz_thruster(plugin, said)
+        names = {
+            "max_thrust_cmd": "max_force",
+            "min_thrust_cmd": "back_force",
+            "propeller_diameter": "radius",
+        }
+        numbers = _magnitudes(plugin, said, names)
+        if "radius" in numbers:
+            numbers["radius"] /= 2.0
+        yield Motor(THRUSTER, "", _text_of(plugin, "joint_name"), numbers, said)
     if plugin.find("conversion") is not None and plugin.find("thrusterID") is not None:
         yield _uuv_thruster(plugin, said)
     for control in plugin.findall("control"):
         if "thrust" in _text_of(control, "cmd_topic") and _text_of(control, "jointName"):
-            yield _commanded_thruster(control, said)
+            # a command is multiplier * (0 to 1, plus offset)
+            scale, offset = (
+                _finite(_text_of(control, tag) or default, f"{said}: {tag}")
+                for tag, default in (("multiplier", "1"), ("offset", "0"))
+            )
+            ends = sorted((scale * offset, scale * (1.0 + offset)))
+            forces = {
+                "max_force": max(abs(x) for x in ends),
+                "back_force": min(abs(x) for x in ends),
+            }
+            forces = {key: value for key, value in forces.items() if value > 0.0}
+            yield Motor(THRUSTER, "", _text_of(control, "jointName"), forces, said)
     for thruster in plugin.findall("thruster"):
         if thruster.find("maxForceFwd") is not None:
             values = _magnitudes(
@@ -418,30 +437,6 @@ def _rotor(element: ElementTree.Element, said: str, constant: str) -> Motor:
             f"{said}: turningDirection='{turning[:40]}' is not allowed.\nAllowed: cw, ccw, 1, -1."
         )
     return Motor(ROTOR, _text_of(element, "linkName"), _text_of(element, "jointName"), values, said)
-
-
-def _gz_thruster(plugin: ElementTree.Element, said: str) -> Motor:
-    names = {
-        "max_thrust_cmd": "max_force",
-        "min_thrust_cmd": "back_force",
-        "propeller_diameter": "radius",
-    }
-    values = _magnitudes(plugin, said, names)
-    if "radius" in values:
-        values["radius"] /= 2.0
-    return Motor(THRUSTER, "", _text_of(plugin, "joint_name"), values, said)
-
-
-def _commanded_thruster(control: ElementTree.Element, said: str) -> Motor:
-    """Thruster of an autopilot's channel, whose command is multiplier * (0 to 1, plus offset)."""
-    scale, offset = (
-        _finite(_text_of(control, tag) or default, f"{said}: {tag}")
-        for tag, default in (("multiplier", "1"), ("offset", "0"))
-    )
-    ends = sorted((scale * offset, scale * (1.0 + offset)))
-    values = {"max_force": max(abs(x) for x in ends), "back_force": min(abs(x) for x in ends)}
-    values = {key: value for key, value in values.items() if value > 0.0}
-    return Motor(THRUSTER, "", _text_of(control, "jointName"), values, said)
 
 
 def _uuv_thruster(plugin: ElementTree.Element, said: str) -> Motor:

@@ -57,7 +57,11 @@ def _parted_names(tree: ElementTree.Element) -> list[str]:
     the model says it, and where the models around it say ``MODEL::NAME``.
     """
     models = [e for e in tree.iter("model") if e is not tree or tree.tag == "model"]
-    own = {model: _names_of(model) for model in models}
+    named = ("link", "joint", "frame")
+    own = {
+        model: {str(e.get("name")) for tag in named for e in model.findall(tag) if e.get("name")}
+        for model in models
+    }
     counts: dict[str, int] = {}
     for names in own.values():
         for name in names:
@@ -78,11 +82,6 @@ def _parted_names(tree: ElementTree.Element) -> list[str]:
             f"them too: {words}"
         )
     return changed
-
-
-def _names_of(model: ElementTree.Element) -> set[str]:
-    parts = (e for tag in ("link", "joint", "frame") for e in model.findall(tag))
-    return {str(e.get("name")) for e in parts if e.get("name")}
 
 
 def _rename(model: ElementTree.Element, names: Mapping[str, str]) -> None:

@@ -119,7 +119,11 @@ class Takeover(UrdfDraft):
                     f"{capsules} capsule(s) replaced by cylinders of equal radius and volume: "
                     "a URDF has no capsules"
                 )
-            if _evened(tree) or freed or capsules:
+            # Drake reads a scale of one number for all three axes
+            uneven = [m for m in tree.iter("mesh") if len((m.get("scale") or "").split()) == 1]
+            for mesh in uneven:
+                mesh.set("scale", " ".join([str(mesh.get("scale")).strip()] * 3))
+            if uneven or freed or capsules:
                 text = ElementTree.tostring(tree, encoding="unicode")
             check_structure(self.path, text, endless=True)
             self.unused = left_out(tree)
@@ -351,14 +355,6 @@ def _uncapped(root: Element) -> int:
             geometry.append(cylinder_element(radius, length, capped=True))
             count += 1
     return count
-
-
-def _evened(root: Element) -> bool:
-    """Write scales of meshes that are one number, as Drake reads them, for all three axes."""
-    found = [m for m in root.iter("mesh") if len((m.get("scale") or "").split()) == 1]
-    for mesh in found:
-        mesh.set("scale", " ".join([str(mesh.get("scale")).strip()] * 3))
-    return bool(found)
 
 
 def _tree_of(path: Path, text: str) -> Element:

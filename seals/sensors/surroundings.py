@@ -120,7 +120,14 @@ class Surroundings:
         depth = height - float(point[2])
         if not depth > 0.0:
             return 0.0
-        still = self.gravity * self._load(depth)
+        if len(self._depths) == 1:
+            load = depth * float(self._densities[0])
+        else:
+            k = int(np.searchsorted(self._depths, depth, side="right")) - 1
+            above, density = float(self._depths[k]), float(self._densities[k])
+            part = 0.5 * (depth - above) * (density + self.density(depth))
+            load = float(self._loads[k]) + part
+        still = self.gravity * load
         if not moves or self.waves is None:
             return still
         points = np.repeat(point[None], len(_CUBED), axis=0)
@@ -199,15 +206,6 @@ class Surroundings:
             return True
         assert self.level is not None
         return self.waves.at(point[None], np.array([[time]]), self.level).normal is None
-
-    def _load(self, depth: float) -> float:
-        """Mass of the water above a depth of the resting column [kg/m^2]."""
-        if len(self._depths) == 1:
-            return depth * float(self._densities[0])
-        k = int(np.searchsorted(self._depths, depth, side="right")) - 1
-        above, density = float(self._depths[k]), float(self._densities[k])
-        part = 0.5 * (depth - above) * (density + self.density(depth))
-        return float(self._loads[k]) + part
 
 
 def _nearest(shapes: Sequence[Shape], origin: Floats, directions: Floats) -> Floats:

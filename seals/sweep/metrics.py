@@ -58,10 +58,7 @@ class Measures:
         file, _, key = name.partition(".")
         path = self._row.folder / f"{file}.json"
         if found is None and key and _plain(file) and path.is_file():
-            try:
-                found = _below(read_json(path), key)
-            except LogError as cause:
-                raise ConfigError(str(cause)) from cause
+            found = _below(_content(read_json, path), key)
         if found is not None:
             return found
         column, _, statistic = name.rpartition(".")
@@ -81,11 +78,16 @@ class Measures:
         for suffix, read in readers.items():
             path = self._row.folder / f"{table}{suffix}"
             if table not in self._tables and _plain(table) and path.is_file():
-                try:
-                    self._tables[table] = read(path)
-                except LogError as cause:
-                    raise ConfigError(str(cause)) from cause
+                self._tables[table] = _content(read, path)
         return self._tables.get(table, {})
+
+
+def _content(read: Callable[[Path], Any], path: Path) -> Any:
+    """Return the content of a file; a damaged one is a wrong choice of the user."""
+    try:
+        return read(path)
+    except LogError as cause:
+        raise ConfigError(str(cause)) from cause
 
 
 def _plain(name: str) -> bool:

@@ -188,8 +188,8 @@ def execute(config: Any) -> int | None:
             record.log, folder, rate=guide.rate, origin=origin, seed=settings.seed
         )
         print(f"demonstration: {short_path(made)}")
-    if record.error is not None and record.ending is not Ending.interrupted:
-        raise record.error
+    if record.ending is not Ending.interrupted:
+        record.checked()
     return None
 
 

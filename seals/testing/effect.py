@@ -163,7 +163,13 @@ def material_effect(
     for number, (name, meta) in enumerate(parameters_of(cls).items()):
         default = next(f.default for f in dataclasses.fields(cls) if f.name == name)
         if name not in chosen and meta.fit and default == 0.0:
-            chosen[name] = _inside(_natural_scale(meta, size=size) * _SPREAD[number % 3], meta)
+            value = _natural_scale(meta, size=size) * _SPREAD[number % 3]
+            low, high = meta.bounds
+            if not low <= value <= high:
+                # the middle of the bounds, or some tolerances
+                middle = 0.5 * (low + high)
+                value = middle if middle != 0.0 else min(LARGE * meta.tolerance or high, high)
+            chosen[name] = value
     return cls(**chosen)
 
 
@@ -207,12 +213,3 @@ def _natural_scale(meta: Parameter, *, size: float = 1.0) -> float:
         scale**p for scale, p in zip((MASS, LENGTH, TIME), powers, strict=True)
     )
     return share * _STATED.get(meta.unit, natural)
-
-
-def _inside(value: float, meta: Parameter) -> float:
-    """Return the value; if out of bounds, the middle of the bounds or some tolerances."""
-    low, high = meta.bounds
-    if low <= value <= high:
-        return value
-    middle = 0.5 * (low + high)
-    return middle if middle != 0.0 else min(LARGE * meta.tolerance or high, high)

@@ -220,7 +220,11 @@ def fine_face(
         True
     """
     fine = pitch * spacing
-    edges = [_smaller_edge(edge, spacing, fine) for edge in size]
+    edges = []
+    for edge in size:
+        span = face_edge(edge, spacing)
+        count = round(span / fine) + 1
+        edges.append(span * count / max(count - 1, 1))
     # the radius of a finer sphere with the outer shell of `radius` [m]
     reach = max(size[0] - 0.5 * spacing, 0.0)
     shells = max(1, round(reach / fine + 0.5))
@@ -238,13 +242,6 @@ def fine_face(
 def face_edge(edge: float, spacing: float) -> float:
     """Return the distance between the outermost samples of an edge [m]."""
     return max(edge - spacing, 0.0)
-
-
-def _smaller_edge(edge: float, spacing: float, fine: float) -> float:
-    """Return the edge of a finer box whose outer samples coincide with those of ``edge`` [m]."""
-    reach = face_edge(edge, spacing)
-    count = round(reach / fine) + 1
-    return reach * count / max(count - 1, 1)
 
 
 def sample_shape(kind: str, size: tuple[float, ...], spacing: float, layers: int = SEEN) -> Samples:

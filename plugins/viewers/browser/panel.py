@@ -102,7 +102,12 @@ class Panel:
             self._forces = gui.add_folder("Forces")
             with self._forces:
                 self.stretch = gui.add_slider("length", 0.1, 5.0, 0.1, 1.0)
-                gui.add_html(_legend(colours))
+                spans = (
+                    f'<span style="color: rgb{colour}; white-space: nowrap">&#9632; {name}</span>'
+                    for name, colour in ((escape(readable(k)), v) for k, v in colours.items())
+                )
+                style = "padding: 0 0.75em; font-size: 0.8em"
+                gui.add_html(f'<div style="{style}">{"&ensp; ".join(spans)}</div>')
                 self.effects = {n: gui.add_checkbox(n, n not in off) for n in colours}
 
     def chosen(self) -> set[str]:
@@ -123,12 +128,3 @@ class Panel:
     def picture(self, camera: str, image: NDArray[np.uint8]) -> None:
         """Show the picture of a camera."""
         self._images[camera].image = image
-
-
-def _legend(colours: dict[str, tuple[int, int, int]]) -> str:
-    """The effects in their colours."""
-    spans = (
-        f'<span style="color: rgb{colour}; white-space: nowrap">&#9632; {name}</span>'
-        for name, colour in ((escape(readable(k)), v) for k, v in colours.items())
-    )
-    return f'<div style="padding: 0 0.75em; font-size: 0.8em">{"&ensp; ".join(spans)}</div>'

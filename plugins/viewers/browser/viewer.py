@@ -326,7 +326,11 @@ class _Pushes:
             self._handles.pop(effect).remove()
         scale = stretch * self._length / max(self._usual, 1e-12)
         for effect, (origins, vectors) in arrows.items():
-            points = _points(origins, vectors * scale, self._length)
+            shafts = vectors * scale
+            length = np.linalg.norm(shafts, axis=1, keepdims=True)
+            cut = shafts * np.minimum(1.0, MOST * self._length / np.maximum(length, 1e-12))
+            seen = length[:, 0] > LEAST * self._length
+            points: Floats = np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
             handle = self._handles.get(effect)
             if handle is not None and len(handle.points) == len(points) and len(points):
                 handle.points = points
@@ -347,15 +351,6 @@ class _Pushes:
     def remove(self) -> None:
         """Remove all arrows from the page."""
         self.show({}, 1.0)
-
-
-def _points(origins: Floats, arrows: Floats, length: float) -> Floats:
-    """Ends of the arrows that can be seen, shape (n, 2, 3)."""
-    long = np.linalg.norm(arrows, axis=1, keepdims=True)
-    cut = arrows * np.minimum(1.0, MOST * length / np.maximum(long, 1e-12))
-    seen = long[:, 0] > LEAST * length
-    found: Floats = np.stack([origins, origins + cut], axis=1)[seen].astype(np.float32)
-    return found
 
 
 REST = 0.5

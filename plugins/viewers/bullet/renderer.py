@@ -8,13 +8,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from seals.child_process import tried
-from seals.errors import MissingExtra, PhysicsError
+from seals.errors import MissingExtra
 from seals.plugins.viewers.bullet.client import engine
 from seals.plugins.viewers.bullet.drawing import Drawing, Sampling
 from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
 from seals.rendering.picture import Picture
-from seals.rendering.scene import Poses, Scene
+from seals.rendering.scene import Poses, Scene, opened
 
 SAMPLING = Sampling("ER_TINY_RENDERER", (-0.5, 0.5))
 """It samples at the corner of a pixel, lower left, where the middle is meant."""
@@ -49,9 +49,7 @@ class RendererBullet(ABC):
         Raises:
             PhysicsError: no scene is open.
         """
-        if self._drawing is None:
-            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
-        return self._drawing.render(poses, cameras, lens, normals=normals)
+        return opened(self._drawing).render(poses, cameras, lens, normals=normals)
 
     def close(self) -> None:
         """Release the engine; a second call does nothing."""

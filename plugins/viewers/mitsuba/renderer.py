@@ -28,7 +28,7 @@ from seals.plugins.viewers.mitsuba.building import (
 from seals.plugins.viewers.mitsuba.variant import Variant, mitsuba
 from seals.rendering import Cameras, Lens, Light, Picture, Poses, Scene
 from seals.rendering.optics import Optics
-from seals.rendering.scene import Shape, check_scene
+from seals.rendering.scene import Shape, check_scene, opened
 from seals.schema import check_tree, count, setting
 from seals.view.films import Frame, Viewpoint
 from seals.view.films.settings import Quality
@@ -318,9 +318,7 @@ class RendererMitsuba:
         Raises:
             PhysicsError: no scene is open.
         """
-        if self._plain is None:
-            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
-        return self._plain.render(poses, cameras, lens, normals=normals)
+        return opened(self._plain).render(poses, cameras, lens, normals=normals)
 
     def arrange(self, scene: Scene, optics: Optics, quality: Quality) -> None:
         """Prepare the frames of a film."""

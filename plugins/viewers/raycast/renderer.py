@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seals.caches import use_private_compiler_cache
-from seals.errors import ConfigError, PhysicsError, optional_import, refuse_unlisted
+from seals.errors import ConfigError, optional_import, refuse_unlisted
 from seals.field_roles import roles
 from seals.plugins.viewers.raycast.placing import Fixed, Placed, fixed_of
 from seals.plugins.viewers.raycast.solids import Tables
@@ -17,7 +17,7 @@ from seals.plugins.viewers.raycast.tracing import Setting, trace
 from seals.rendering.camera import Cameras, Lens
 from seals.rendering.light import Light
 from seals.rendering.picture import Picture
-from seals.rendering.scene import Poses, Scene, check_scene
+from seals.rendering.scene import Poses, Scene, check_scene, opened
 from seals.schema import setting
 
 Tensor = Any
@@ -95,11 +95,9 @@ class RendererRaycast:
         Raises:
             PhysicsError: no scene is open.
         """
-        if self._scene is None:
-            raise PhysicsError("the renderer has no scene.\nOpen one first: open(scene, light)")
         import torch
 
-        tables, fixed, light = self._scene
+        tables, fixed, light = opened(self._scene)
         count, views = cameras.origin.shape[:2]
         setting = Setting(
             tables.counts,

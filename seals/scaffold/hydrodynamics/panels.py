@@ -264,7 +264,11 @@ def _resized(panels: Panels, size: float | None) -> Panels:
     points = np.stack([np.bincount(numbers, fine.vertices[:, k]) / weight for k in range(3)], 1)
     faces = np.unique(numbers[fine.faces], axis=0)
     a, b, c = faces.T
-    found = Panels(points, _without_folds(faces[(a != b) & (b != c) & (c != a)]))
+    corners = faces[(a != b) & (b != c) & (c != a)]
+    sorted_corners = np.sort(corners, axis=1)
+    _, number, count = np.unique(sorted_corners, axis=0, return_inverse=True, return_counts=True)
+    kept: NDArray[np.int64] = corners[count[number.reshape(-1)] == 1]
+    found = Panels(points, kept)
     lost = 1.0 - found.volume / panels.volume if len(found.faces) else 1.0
     if abs(lost) > _LOST:
         raise RobotError(
@@ -275,11 +279,3 @@ def _resized(panels: Panels, size: float | None) -> Panels:
     middle = points.mean(axis=0)
     scale = (panels.volume / found.volume) ** (1.0 / 3.0)
     return found._replace(vertices=middle + scale * (points - middle))
-
-
-def _without_folds(faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Remove faces that share all three points with another face."""
-    key = np.sort(faces, axis=1)
-    _, number, count = np.unique(key, axis=0, return_inverse=True, return_counts=True)
-    kept: NDArray[np.int64] = faces[count[number.reshape(-1)] == 1]
-    return kept

@@ -154,7 +154,21 @@ def read_samples(log: Log, vehicle: Vehicle) -> Samples:
     used = log.select(order)
     channels = {name: used.channel(name).copy() for name in vehicle.sigma if used.has(name)}
     channels.pop("battery_voltage", None)
-    spans = _spans(log)
+    joined, first = [], 0
+    for entry in log.meta.get("logs") or ():
+        last = first + int(entry["rows"])
+        joined.append(
+            LogSpan(
+                name=str(entry["name"]),
+                first=first,
+                last=last,
+                begin=float(entry["begin"]),
+                shift=float(entry["shift"]),
+                sigma=entry["sigma"],
+            )
+        )
+        first = last
+    spans = tuple(joined)
     each = [used.select(slice(s.first, s.last)) for s in spans] or [used]
     if "orientation" in channels:
         channels["orientation"] = _xyzw(channels["orientation"])
@@ -279,25 +293,6 @@ def _followed(command: Floats, time: Floats, speed: Floats, step: float | None) 
         found[k] = held + np.clip(way, -most * within, most * within).mean(axis=0)
         held = held + np.clip(way, -most, most)
     return found
-
-
-def _spans(log: Log) -> tuple[LogSpan, ...]:
-    """Row ranges of the logs that a joined log consists of, one after the other."""
-    spans, first = [], 0
-    for part in log.meta.get("logs") or ():
-        last = first + int(part["rows"])
-        spans.append(
-            LogSpan(
-                name=str(part["name"]),
-                first=first,
-                last=last,
-                begin=float(part["begin"]),
-                shift=float(part["shift"]),
-                sigma=part["sigma"],
-            )
-        )
-        first = last
-    return tuple(spans)
 
 
 def _held(log: Log, channel: str, count: int) -> Floats:

@@ -249,20 +249,18 @@ def _measured(
             continue
         every = max(1, round(1.0 / (float(channels[name]["rate"]) * experiment.step)))
         seen = np.arange(rows)[:, None] % every == 0
-        read = np.where(seen, _noisy(name, values, vehicle.sigma[name], rng), np.nan)
+        sigma = vehicle.sigma[name]
+        if name == "orientation":
+            turned = multiply(values, exponential(sigma * rng.standard_normal((len(values), 3))))
+            noisy = np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
+        else:
+            noisy = values + sigma * rng.standard_normal(values.shape)
+        read = np.where(seen, noisy, np.nan)
         out |= zip(column_names(name, read.shape[1], name), read.T, strict=True)
     if "battery_voltage" in channels and volts:
         noise = vehicle.sigma["battery_voltage"] * rng.standard_normal(rows)
         out["battery_voltage"] = volts + noise
     return out
-
-
-def _noisy(name: str, values: Floats, sigma: float, rng: np.random.Generator) -> Floats:
-    """Values with noise; attitudes come out as w, x, y, z."""
-    if name == "orientation":
-        turned = multiply(values, exponential(sigma * rng.standard_normal((len(values), 3))))
-        return np.asarray(turned, dtype=np.float64)[:, [3, 0, 1, 2]]
-    return values + sigma * rng.standard_normal(values.shape)
 
 
 def _exact(experiment: Experiment, model: Model, track: _Track, parts: int) -> dict[str, Floats]:

@@ -77,7 +77,17 @@ def explanations(layout: DriveLayout, healthy: Floats, count: int) -> list[Expla
         count: of the sizes of each effect.
     """
     every, sizes = range(healthy.size), np.geomspace(SMALLEST, LARGEST, count)
-    found = [_weak(layout, healthy, sizes, k) for k in every]
+    found = []
+    for k in every:
+        # one drive loses thrust, and reaction torque with it, as a shortened blade does
+        weak = get("effect", "weak_rotor").load()
+        params = {
+            "relative_loss": sizes[:, None],
+            "torque_share": np.ones((1, 1)),
+            "rotor": np.full((1, 1), k + 1.0),
+        }
+        rows = _restored(layout, weak, healthy, params)
+        found.append(Explanation(effect="weak_rotor", drives=(k + 1,), changes=rows, sizes=sizes))
     found += [_load(layout, healthy, sizes, (k,)) for k in every]
     found += [_shifted(layout, healthy, sizes, k) for k in every]
     found += [_load(layout, healthy, sizes, pair) for pair in neighbours(layout)]
@@ -107,22 +117,6 @@ def neighbours(layout: DriveLayout) -> list[tuple[int, int]]:
     pairs = list(combinations(places, 2))
     apart = [float(np.linalg.norm(level[i] - level[j])) for i, j in pairs]
     return [pair for pair, far in zip(pairs, apart, strict=True) if far < 1.1 * min(apart)]
-
-
-def _weak(layout: DriveLayout, healthy: Floats, sizes: Floats, drive: int) -> Explanation:
-    """One drive loses thrust, and reaction torque with it, as a shortened blade does.
-
-    A blade that keeps its drag, ``torque_share: 0``, leaves the yaw balance as a load does: it is
-    no explanation of its own here.
-    """
-    law = get("effect", "weak_rotor").load()
-    params = {
-        "relative_loss": sizes[:, None],
-        "torque_share": np.ones((1, 1)),
-        "rotor": np.full((1, 1), drive + 1.0),
-    }
-    changes = _restored(layout, law, healthy, params)
-    return Explanation(effect="weak_rotor", drives=(drive + 1,), changes=changes, sizes=sizes)
 
 
 def _pair(one: Explanation, other: Explanation) -> Explanation:

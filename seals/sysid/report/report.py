@@ -17,7 +17,7 @@ from seals.sysid.data.robot_description import stated_robot
 from seals.sysid.decision.verdict import Verdict
 from seals.sysid.diagnosis import Diagnosis
 from seals.sysid.report.charts import ablation_chart, gain_chart
-from seals.sysid.report.gains import Step, ablation_steps
+from seals.sysid.report.gains import ablation_steps
 from seals.sysid.report.naming import UNKNOWN, points
 from seals.sysid.report.overlay import POINTS, levels, overlay_blocks
 from seals.sysid.report.table import Entry, ranking
@@ -87,6 +87,9 @@ def write_report(
         "data_check": [str(f) for f in findings],
     }
     write_json(folder / DATA, finite(content))
+    claimed = [c.name for c in diagnosis.answer.claims]
+    best = model_after(diagnosis)
+    model = _names(diagnosis, best)[bool(best.candidates)]
     fixed = [
         _summary(diagnosis, data, missing, channels, folder),
         Section(
@@ -95,7 +98,16 @@ def write_report(
             wide=True,
         ),
         _effects(diagnosis, entries),
-        _errors(diagnosis, steps, values),
+        (
+            Section(
+                title="Reduction of the error, and changes of data sheet values",
+                blocks=[
+                    ablation_chart(steps, claimed=claimed),
+                    tolerance_chart(values, model=model),
+                ],
+                wide=True,
+            )
+        ),
         _behind(values, nominal, findings),
     ]
     write_text(folder / REPORT, _small_enough(diagnosis, log, after, fixed))
@@ -270,17 +282,6 @@ def _effects(diagnosis: Diagnosis, entries: Sequence[Entry]) -> Section:
         title = f"{len(left)} more effects were excluded by a preliminary test"
         blocks.append(Fold(title=title, blocks=[Table(head=["effect", "why"], rows=rows)]))
     return Section(title="Which effects were tried", blocks=blocks, wide=True)
-
-
-def _errors(diagnosis: Diagnosis, steps: Sequence[Step], values: tuple[Moved, ...]) -> Section:
-    claimed = [c.name for c in diagnosis.answer.claims]
-    after = model_after(diagnosis)
-    model = _names(diagnosis, after)[bool(after.candidates)]
-    return Section(
-        title="Reduction of the error, and changes of data sheet values",
-        blocks=[ablation_chart(steps, claimed=claimed), tolerance_chart(values, model=model)],
-        wide=True,
-    )
 
 
 def _behind(

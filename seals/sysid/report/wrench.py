@@ -94,14 +94,6 @@ def log_rows(problem: Problem, time: Floats) -> NDArray[np.int64]:
     return rows
 
 
-def _regime_names(problem: Problem, rows: NDArray[np.int64]) -> NDArray[np.str_]:
-    """Return the regime of the hull at some rows: air, entry or water."""
-    if not problem.vehicle.has_water:
-        return np.full(len(rows), "air")
-    share = submersion(problem.plant, problem.fitter.trajectory)[rows]
-    return np.where(share < _DRY, "air", np.where(share > _WET, "water", "entry"))
-
-
 @dataclass(frozen=True, kw_only=True)
 class _Places:
     """Drawn points: index, time and regime of each, and whether a run ends there."""
@@ -117,10 +109,16 @@ def _placed(problem: Problem, found: Residual) -> _Places:
     rows = log_rows(problem, found.time)
     ends = np.flatnonzero(np.diff(run_numbers(problem)[rows]))
     keep = np.union1d(thinned_rows(len(rows)), ends).astype(np.int64)
+    drawn = rows[keep]
+    if not problem.vehicle.has_water:
+        regime = np.full(len(drawn), "air")
+    else:
+        share = submersion(problem.plant, problem.fitter.trajectory)[drawn]
+        regime = np.where(share < _DRY, "air", np.where(share > _WET, "water", "entry"))
     return _Places(
         keep=keep,
         time=plot_time(problem)[rows[keep]],
-        regime=_regime_names(problem, rows[keep]),
+        regime=regime,
         last=np.isin(keep, ends),
     )
 

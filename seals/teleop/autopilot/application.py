@@ -65,8 +65,7 @@ def execute(config: Any) -> int | None:
             settings, number = build_run(config), number + 1
     finally:
         link.close()
-    if record.error is not None:
-        raise record.error
+    record.checked()
     return None
 
 

@@ -95,7 +95,11 @@ class Frames:
     def __init__(self, folder: Path, card: Mapping[str, Any], *, replace: bool = False) -> None:
         self.folder = folder
         wanted = plain(card)
-        known = _card(folder / CARD)
+        place = folder / CARD
+        try:
+            known = read_json(place) if os.path.lexists(place) else None
+        except LogError:
+            known = {}
         if known is not None and known != wanted:
             if not replace:
                 changed = [k for k in wanted if known.get(k) != wanted[k]] or ["another version"]
@@ -128,15 +132,6 @@ class Frames:
     def write(self, number: int, image: Image) -> None:
         """Write a frame atomically."""
         write_bytes(self.path(number), png(to_bytes(np.clip(image, 0.0, 1.0))))
-
-
-def _card(path: Path) -> Any:
-    if not os.path.lexists(path):
-        return None
-    try:
-        return read_json(path)
-    except LogError:
-        return {}
 
 
 def times_of(start: float, end: float, *, fps: float, speed: float) -> Floats:

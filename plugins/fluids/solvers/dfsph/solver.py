@@ -108,13 +108,12 @@ class SolverDfsph(DeviceSolver):
     def longest_substep(self) -> float:
         """Longest substep of the Courant condition, what falls meanwhile included [s]."""
         way = self.settings.own.courant * self.spacing
-        return _courant_step(self._fastest(), self.settings.gravity, way)
-
-    def _fastest(self) -> float:
         if self._written and self.count:
             speeds = self.velocities()
-            return max(self._swiftest, float(np.sqrt((speeds**2).sum(axis=1).max())))
-        return max(self._swiftest, self.pipeline.fastest())
+            fastest = max(self._swiftest, float(np.sqrt((speeds**2).sum(axis=1).max())))
+        else:
+            fastest = max(self._swiftest, self.pipeline.fastest())
+        return _courant_step(fastest, self.settings.gravity, way)
 
     def place_bodies(self, **bodies: Any) -> None:
         """Place all bodies for the coming ``advance``, see `ParticleSolver.place_bodies`."""

@@ -98,6 +98,11 @@ class Calibration(NamedTuple):
         flat = points[:, 2] == 0
         layers = np.arange(1.0, support)
         solid = _solid_factors(shape, factor, support)
+        a, b = solid
+        turn = np.linspace(1.0, support, 4001)
+        u = 1 - turn / support
+        # rings: 2 pi r dr; slope over distance of u^7 (a + b u)
+        weight = turn * (7 * a * u**6 + 8 * b * u**7) / turn
         return cls(
             support=support,
             factor=factor,
@@ -110,7 +115,7 @@ class Calibration(NamedTuple):
             behind=factor * float(sum(sheet_mean(shape, float(k), support)[0] for k in layers)),
             press=-2 * factor * float(sum(sheet_mean(shape, float(k), support)[1] for k in layers)),
             solid=solid,
-            along=_along_over_across(solid, support),
+            along=float((weight * (turn**2 - 1) / 2).sum() / weight.sum()),
         )
 
 
@@ -181,20 +186,3 @@ def _solid_factors(
     columns = [sheet_mean(power(n), 1.0, support) for n in (7, 8)]
     a, b = np.linalg.solve(np.stack(columns, axis=1), wanted)
     return float(a), float(b)
-
-
-def _along_over_across(solid: tuple[float, float], support: float) -> float:
-    """Return the ratio of the second moments of a sheet's forces, parallel to it over normal to it.
-
-    Seen from the layer of water on it, one spacing away; averaged over places along the sheet.
-
-    Args:
-        solid: factors (a, b) of the boundary's kernel.
-        support: of the kernel [1 spacing].
-    """
-    a, b = solid
-    r = np.linspace(1.0, support, 4001)
-    u = 1 - r / support
-    # rings: 2 pi r dr; slope over distance of u^7 (a + b u)
-    weight = r * (7 * a * u**6 + 8 * b * u**7) / r
-    return float((weight * (r**2 - 1) / 2).sum() / weight.sum())
