@@ -106,9 +106,9 @@ class DaggerAgent(CloningAgent):
             key: torch.zeros(rounds, spaces.count, *shape, device=device)
             for key, shape in shapes.items()
         }
-        if seen:
+        if self._pixels is not None:
             self.memory["pixels"] = torch.zeros(
-                rounds, spaces.count, *spaces.pixels, dtype=torch.uint8, device=device
+                rounds, spaces.count, *self._pixels["shape"], dtype=torch.uint8, device=device
             )
         self.stored = self.steps = self.owed = 0
         self.advice: Any = None
@@ -201,9 +201,10 @@ class DaggerAgent(CloningAgent):
         found = self.action_of(self.body, self._given(seen), encoder=self.encoder)
         loss = (found - rows["action"]).square().mean()
         self.fit(loss)
-        pairs = ((self.averaged, self.body), (self.eyes, self.encoder))
+        pairs: list[tuple[Any, Any]] = [(self.averaged, self.body)]
+        pairs += [(self.eyes, self.encoder)] if self.encoder is not None else []
         with torch.no_grad():
-            for slow, fast in pairs if self.encoder is not None else pairs[:1]:
+            for slow, fast in pairs:
                 for kept, new in zip(slow.parameters(), fast.parameters(), strict=True):
                     kept.lerp_(new, 1.0 - self.learner.mean)
         return {"loss": loss.detach(), "remembered": torch.tensor(float(remembered))}
