@@ -224,6 +224,7 @@ def test_the_surface_is_that_of_the_fluid(tmp_path: Path) -> None:
     robot = free_body(tmp_path)
     with contextlib.closing(world_of(robot, {}, StillWater(), start(robot, 0.0))) as world:
         actor = world.actors["it"]
-        actor.load(0.0, STEP)
+        actor.begin(0.0, STEP)
+        actor.load()
         sample = actor._due[0].found.sample  # type: ignore[index]
         assert float(sample.depth[0, 0]) == pytest.approx(0.01)
