@@ -161,7 +161,7 @@ RUN_FOLDERS: dict[str, Guard] = {
         "seals.caches", "if os.path.isabs(given)", "if given", CACHES, "relative"
     ),
     "links in a run folder": Guard(
-        _FOLDER, "    _refuse_links(folder)\n", "", FOLDERS, "links_in_a_run"
+        _FOLDER, "        if linked:\n", "        if False:\n", FOLDERS, "links_in_a_run"
     ),
     "notes without room": Guard(
         "seals.sweep.rows", " and (facts or path.stat().st_size > 0)", "", LOCKS, "without_room"

@@ -31,7 +31,7 @@ STORED_STATES: dict[str, Guard] = {
     ),
     "digest of a state": Guard(
         "seals.state_file",
-        "if _digest_of(head, file) != file.read(_DIGEST):",
+        "if found.digest() != file.read(_DIGEST):",
         "if False:",
         STATES,
         "changed_number",
@@ -104,7 +104,7 @@ STORED_STATES: dict[str, Guard] = {
         "forged_states and hash",
     ),
     "classes of a state": Guard(
-        "seals.state_records", "if found is None:", "if False:", KEPT, "writes_files"
+        "seals.state_records", "if cls is None:", "if False:", KEPT, "writes_files"
     ),
     "fields of a record": Guard(
         "seals.state_records",

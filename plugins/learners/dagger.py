@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from seals.field_roles import roles
 from seals.learn.batched import vector
 from seals.learn.learner import MOST, Spaces, need_torch
 from seals.learn.network_agent import settled
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 CHOSEN = "chosen"
 
 
+@roles(data="use_pixels")
 @dataclass(kw_only=True)
 class Dagger:
     """Behaviour cloning of an expert that is queried at every step (DAgger).
