@@ -133,7 +133,8 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
         options: fields of the reader, such as ``columns`` of ``csv``.
 
     Raises:
-        ConfigError: there is no such file, no such reader, or the reader has no such field.
+        ConfigError: the source is no path, there is no such file, no such reader, or the reader has
+            no such field.
         LogError: the content cannot be used.
 
     Example:
@@ -143,6 +144,11 @@ def load_logs(source: str | Path, *, reader: str | None = None, **options: Any) 
     from seals.logs.reader import reader_of
     from seals.logs.shipped import find_log
 
+    if not isinstance(source, str | Path):
+        raise ConfigError(
+            f"a log is read from a path, not from {source!r:.60}.\n"
+            "Give a file or a folder: load_log('flights/log_3.ulg')"
+        )
     place = find_log(source, key="source")
     name = reader or reader_of(place)
     cls = registry.get("reader", name).load()

@@ -154,3 +154,10 @@ def test_a_batch_is_a_number_of_robots(batch: Any) -> None:
     """What is none is refused before memory is taken."""
     with pytest.raises(ConfigError, match=r"batch=.* is not allowed"):
         seals.make_batch(["robot=ball"], batch=batch)
+
+
+@pytest.mark.parametrize("source", [None, 5, ["flight"]])
+def test_a_log_is_read_from_a_path(source: Any) -> None:
+    """Anything else is refused in words, and what is expected is shown."""
+    with pytest.raises(ConfigError, match="a log is read from a path, not from"):
+        seals.load_log(source)
