@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from seals.errors import ConfigError
+from seals.learn.evaluation.policies import policy_of
 from seals.learn.learner import Spaces
+from seals.learn.policy import save_policy
+from seals.learn.training.application import _flight
 from seals.learn.training.schedule import TrainingSchedule
 from seals.plugins.learners.dagger import Dagger
 from tests.unit.test_learn_training import table, training_of
@@ -108,3 +113,17 @@ def test_experts_and_learners_take_turns() -> None:
     # 8,000 draws of one in five, of which 2 x 0.3 x 0.7 change hands; standard error 3 and 1 %
     assert changed / 8000 == pytest.approx(0.2 * 0.42, rel=0.15)
     assert led / 8000 == pytest.approx(0.3, rel=0.15)
+
+
+def test_a_policy_that_sees_is_refused_where_there_are_no_pictures(tmp_path: Path) -> None:
+    """In words, and the command that ends a training stays with the twins, which have them."""
+    network, tensors = _eyes().policy()
+    save_policy(tmp_path / "policy", network=network, tensors=tensors, metadata={})
+    blind: Any = SimpleNamespace(observation_size=2, action_size=1, pixels=None)
+    with pytest.raises(ConfigError, match=r"pictures of \(6, 24, 24\).*has none") as told:
+        policy_of(str(tmp_path / "policy"), blind, device="cpu")
+    assert "backend=twin" in str(told.value)
+    seeing: Any = SimpleNamespace(observation_size=2, action_size=1, pixels=(6, 24, 24))
+    assert policy_of(str(tmp_path / "policy"), seeing, device="cpu")
+    config = SimpleNamespace(backend={"interval": 10})
+    assert "backend=twin" in _flight(config, tmp_path, ["env=pipe_seen"])

@@ -107,6 +107,15 @@ def policy_of(name: str, environment: Batched, *, device: str, key: str = "polic
             f"environment has {wanted[0]} and {wanted[1]}.\n"
             "Use the environment of its training; card.json of the policy names it."
         )
+    pixels = found.metadata["network"].get("pixels") or {}
+    shape = tuple(pixels["shape"]) if pixels.get("use_pixels") else environment.pixels
+    if shape != environment.pixels:
+        has = "none" if environment.pixels is None else f"those of {environment.pixels}"
+        raise ConfigError(
+            f"{key}={name} looks at pictures of {shape}, channels, height and width; this "
+            f"environment has {has}.\n"
+            "Use the environment of its training with its cameras, and backend=twin."
+        )
     return found
 
 

@@ -20,6 +20,7 @@ from seals.errors import ConfigError, SealsError
 from seals.learn.devices import usable_device
 from seals.learn.learner import Agent, Spaces, need_torch
 from seals.learn.metadata import config_hash, world_hash
+from seals.learn.policy import read_policy_metadata
 from seals.learn.settings import check_own
 from seals.learn.starts import training_seed
 from seals.learn.training.checkpoint import FILE
@@ -190,11 +191,15 @@ def execute(config: Any) -> int:
 
 
 def _flight(config: Any, folder: Path, overrides: Sequence[str]) -> str:
-    """Return the command that flies a policy; that of twins in the quickest engine."""
+    """Return the command that flies a policy; that of twins in the quickest engine.
+
+    One that looks at pictures stays in twins: other environments have none.
+    """
     words = [typed("policy", str(folder / POLICY)), *map(shlex.quote, _of_environment(overrides))]
     if "interval" in config.backend:
+        sees = read_policy_metadata(folder / POLICY)["network"].get("pixels", {}).get("use_pixels")
         words = [word for word in words if key_of(word).partition(".")[0] != "backend"]
-        words.append("backend=mujoco")
+        words.append(f"backend={'twin' if sees else 'mujoco'}")
     return f"seals evaluate {' '.join([*words, 'beside=[]'])}"
 
 
