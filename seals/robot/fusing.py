@@ -8,6 +8,7 @@ import numpy as np
 
 from seals.arrays import Floats
 from seals.errors import ConfigError
+from seals.hydrostatics import Hull
 from seals.hydrostatics.fused import HullFused, Part
 from seals.multibody.tree import Tree, poses_in_base
 from seals.robot.model import RobotModel
@@ -55,27 +56,12 @@ def fused(
     groups = [
         _Group(robot, top, own, origins, turns) for top, own in zip(kept, members, strict=True)
     ]
-    tree = robot.tree
-    holder = _owners(tree, kept)
-    parents = [-1] + [kept.index(holder[tree.parent[k]]) for k in kept[1:]]
-    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
-    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
-    drives = tree.drive_inertia
     return RobotModel(
         name=robot.name,
         urdf=robot.urdf,
         links=tuple(robot.links[k] for k in kept),
         joints=tuple(robot.joints[j] for j in free),
-        tree=Tree(
-            parent=tuple(parents),
-            joint=tuple(free.index(tree.joint[k]) if tree.joint[k] in free else -1 for k in kept),
-            prismatic=tuple(tree.prismatic[j] for j in free),
-            axis=tree.axis[free].reshape(-1, 3),
-            origin=np.array([np.zeros(3), *places[1:]]),
-            rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
-            fixed_base=tree.fixed_base,
-            drive_inertia=tuple(drives[j] for j in free) if drives else (),
-        ),
+        tree=_tree_of(robot.tree, kept, free, origins, turns),
         mass=np.array([g.mass for g in groups]),
         centre=np.array([g.centre for g in groups]),
         inertia=np.array([g.inertia for g in groups]),
@@ -84,6 +70,33 @@ def fused(
         hulls=tuple(g.hull for g in groups),
         has_collision=(False,) * len(kept),
         held=not free,
+    )
+
+
+def _tree_of(tree: Tree, kept: list[int], free: list[int], origins: Floats, turns: Floats) -> Tree:
+    """Return the tree of the links that are kept and the joints that move.
+
+    Args:
+        tree: of the whole robot.
+        kept: links that stay links, the base first.
+        free: joints that are not held.
+        origins: of the links in the held posture [m], shape (L, 3).
+        turns: link to base, shape (L, 3, 3).
+    """
+    owner = _owners(tree, kept)
+    parents = [-1] + [kept.index(owner[tree.parent[k]]) for k in kept[1:]]
+    hangs = [(k, kept[p]) for k, p in zip(kept, parents, strict=True)]
+    places = [turns[a].T @ (origins[k] - origins[a]) for k, a in hangs]
+    drives = tree.drive_inertia
+    return Tree(
+        parent=tuple(parents),
+        joint=tuple(free.index(tree.joint[k]) if tree.joint[k] in free else -1 for k in kept),
+        prismatic=tuple(tree.prismatic[j] for j in free),
+        axis=tree.axis[free].reshape(-1, 3),
+        origin=np.array([np.zeros(3), *places[1:]]),
+        rotation=np.array([turns[a].T @ turns[k] for k, a in hangs]),
+        fixed_base=tree.fixed_base,
+        drive_inertia=tuple(drives[j] for j in free) if drives else (),
     )
 
 
@@ -114,7 +127,12 @@ class _Group:
             arm = p + r @ robot.centre[k] - self.centre
             steiner = robot.mass[k] * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
             self.inertia += r @ robot.inertia[k] @ r.T + steiner
+        self.hull = self._hull(robot)
+
+    def _hull(self, robot: RobotModel) -> Hull | None:
         hulls = [(k, robot.hulls[k], place) for k, place in self._places.items()]
         parts = [Part(hull, *place) for _, hull, place in hulls if hull is not None]
         own = [hull for k, hull, _ in hulls if hull is not None and k == next(iter(self._places))]
-        self.hull = own[0] if len(parts) == 1 and own else HullFused(parts) if parts else None
+        if len(parts) == 1 and own:
+            return own[0]
+        return HullFused(parts) if parts else None

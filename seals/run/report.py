@@ -54,78 +54,14 @@ def write_report(
         run: folder of the run.
     """
     aims = goal_blocks(record)
-    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
-    given = shlex.join(facts["overrides"])
-    blocks: list[Block] = []
-    if record.ending is Ending.failed:
-        blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
-    elif record.ending is Ending.interrupted:
-        blocks.append(
-            Paragraph(
-                text="The run was interrupted; the report covers the part before.", tone="warn"
-            )
-        )
-    rows = [
-        (name, plugin_name("effect", type(effect)), _values(effect), ", ".join(effect.links))
-        for name, effect in settings.effects.items()
-    ]
-    e = settings.environment
-    environment = {
-        key: (f"{getattr(e, key):.6g}", unit_text(meta.unit))
-        for key, meta in parameters_of(e).items()
-        if getattr(e, key) is not None
-    }
-    robot = record.robot
-    links = [
-        (name, f"{robot.mass[k]:.6g}", "-" if hull is None else f"{hull.volume * 1e3:.5g}")
-        for k, (name, hull) in enumerate(zip(robot.links, robot.hulls, strict=True))
-    ]
     sections = [
-        Section(
-            title="Summary",
-            blocks=[
-                *blocks,
-                Facts(values=_key_figures(record, settings)),
-                *_clipped(record, settings),
-            ],
-        ),
+        Section(title="Summary", blocks=_overview(record, settings)),
         *([Section(title="Wanted and achieved", blocks=aims)] if aims else []),
         Section(title="Motion", blocks=[*views.motion, *views.joints]),
         _load_section(record, views, settings),
         Section(title="Inertial sensor", blocks=list(views.imu)),
-        Section(
-            title="Configuration",
-            blocks=[
-                Table(head=("name", "effect", "parameters other than zero", "links"), rows=rows),
-                Fold(
-                    title="Robot, environment and time",
-                    blocks=[
-                        Table(head=("link", "mass [kg]", "hull [litre]"), rows=links, right=(1, 2)),
-                        Table(
-                            head=("environment", "value", "unit"),
-                            rows=[(key, *values) for key, values in environment.items()],
-                            right=(1,),
-                        ),
-                        Paragraph(
-                            text=f"{record.steps:,} steps of {settings.time.step:g} s, "
-                            f"seed {settings.seed}, {record.rate:,.0f} steps a second."
-                        ),
-                    ],
-                ),
-            ],
-            wide=True,
-        ),
-        Section(
-            title="Repeat the run",
-            blocks=[
-                Code(text=f"seals run {typed('repeat', str(run))}\n# was: seals run {given}"),
-                Table(head=("file", "what it holds"), rows=list(_FILES)),
-                Paragraph(
-                    text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."
-                ),
-            ],
-            wide=True,
-        ),
+        Section(title="Configuration", blocks=_settings(record, settings), wide=True),
+        Section(title="Repeat the run", blocks=_again(run, facts), wide=True),
     ]
     subtitle = (
         f"{settings.robot.name}: {settings.robot.summary}"
@@ -154,6 +90,19 @@ def write_plots(folder: Path, views: Views) -> list[Path]:
         for name, charts in subjects.items()
         if charts
     ]
+
+
+def _overview(record: Record, settings: RunSettings) -> list[Block]:
+    blocks: list[Block] = []
+    if record.ending is Ending.failed:
+        blocks.append(Paragraph(text=f"The run failed: {record.error}", tone="bad"))
+    elif record.ending is Ending.interrupted:
+        blocks.append(
+            Paragraph(
+                text="The run was interrupted; the report covers the part before.", tone="warn"
+            )
+        )
+    return [*blocks, Facts(values=_key_figures(record, settings)), *_clipped(record, settings)]
 
 
 def _clipped(record: Record, settings: RunSettings) -> list[Block]:
@@ -215,6 +164,42 @@ def _load_section(record: Record, views: Views, settings: RunSettings) -> Sectio
     )
 
 
+def _settings(record: Record, settings: RunSettings) -> list[Block]:
+    rows = [
+        (name, plugin_name("effect", type(effect)), _values(effect), ", ".join(effect.links))
+        for name, effect in settings.effects.items()
+    ]
+    e = settings.environment
+    environment = {
+        key: (f"{getattr(e, key):.6g}", unit_text(meta.unit))
+        for key, meta in parameters_of(e).items()
+        if getattr(e, key) is not None
+    }
+    robot = record.robot
+    links = [
+        (name, f"{robot.mass[k]:.6g}", "-" if hull is None else f"{hull.volume * 1e3:.5g}")
+        for k, (name, hull) in enumerate(zip(robot.links, robot.hulls, strict=True))
+    ]
+    return [
+        Table(head=("name", "effect", "parameters other than zero", "links"), rows=rows),
+        Fold(
+            title="Robot, environment and time",
+            blocks=[
+                Table(head=("link", "mass [kg]", "hull [litre]"), rows=links, right=(1, 2)),
+                Table(
+                    head=("environment", "value", "unit"),
+                    rows=[(key, *values) for key, values in environment.items()],
+                    right=(1,),
+                ),
+                Paragraph(
+                    text=f"{record.steps:,} steps of {settings.time.step:g} s, "
+                    f"seed {settings.seed}, {record.rate:,.0f} steps a second."
+                ),
+            ],
+        ),
+    ]
+
+
 def _values(plugin: Any) -> str:
     """Parameters of a plug-in in one line, vectors joined, zeros left out."""
     known = parameters_of(plugin)
@@ -230,3 +215,13 @@ def _values(plugin: Any) -> str:
         value = f"({shown})" if len(numbers) > 1 else shown
         words.append(f"{stem} {value} {unit_text(meta.unit)}".strip())
     return "; ".join(words) or "-"
+
+
+def _again(folder: Path, facts: dict[str, Any]) -> list[Block]:
+    versions = ", ".join(f"{name} {number}" for name, number in facts["versions"].items())
+    given = shlex.join(facts["overrides"])
+    return [
+        Code(text=f"seals run {typed('repeat', str(folder))}\n# was: seals run {given}"),
+        Table(head=("file", "what it holds"), rows=list(_FILES)),
+        Paragraph(text=f"{versions}; revision {facts['git'] or 'unknown'}; {facts['machine']}."),
+    ]

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from seals.arrays import Array, as_like
+from seals.arrays import Array, Floats, as_like
 from seals.frames import matrix_of
 from seals.motion import Body, Drives, Inputs, Joints, Medium, Motion, Reading
 
@@ -53,25 +53,7 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
     )
     torque = 0.1 * normal((rows, JOINTS))
     joints = Joints(normal((rows, JOINTS)), normal((rows, JOINTS)))
-    bodies = 1 if still else rows
-    draw = rng.standard_normal
-    share = rng.uniform(0.1, 0.9, (bodies, 1))
-    medium = Medium(
-        medium_fraction=share,
-        velocity=draw((bodies, 3)),
-        acceleration=draw((bodies, 3)),
-        density=rng.uniform(900.0, 1100.0, (bodies, 1)),
-        viscosity=rng.uniform(1e-3, 2e-3, (bodies, 1)),
-        submersion=share,
-        submersion_rate=draw((bodies, 1)),
-        buoyancy_centre=0.05 * draw((bodies, 3)),
-        normal=rotation[:bodies, 2, :],
-        sinking_speed=draw((bodies, 1)),
-        gravity=np.array([[9.81]]),
-        depth=0.1 * draw((bodies, 1)),
-        water_density=rng.uniform(900.0, 1100.0, (bodies, 1)),
-        air_density=np.array([[1.2]]),
-    )
+    medium = _random_medium(rng, 1 if still else rows, rotation)
     inputs = Inputs(
         step=0.004,
         joint_torque=torque,
@@ -99,6 +81,28 @@ def random_instant(rng: np.random.Generator, rows: int, *, still: bool = False) 
             speed=rng.uniform(200.0, 600.0, (rows, DRIVES)),
         ),
         reading,
+    )
+
+
+def _random_medium(rng: np.random.Generator, rows: int, rotation: Floats) -> Medium:
+    """Random surroundings, partly submerged."""
+    normal = rng.standard_normal
+    share = rng.uniform(0.1, 0.9, (rows, 1))
+    return Medium(
+        medium_fraction=share,
+        velocity=normal((rows, 3)),
+        acceleration=normal((rows, 3)),
+        density=rng.uniform(900.0, 1100.0, (rows, 1)),
+        viscosity=rng.uniform(1e-3, 2e-3, (rows, 1)),
+        submersion=share,
+        submersion_rate=normal((rows, 1)),
+        buoyancy_centre=0.05 * normal((rows, 3)),
+        normal=rotation[:rows, 2, :],
+        sinking_speed=normal((rows, 1)),
+        gravity=np.array([[9.81]]),
+        depth=0.1 * normal((rows, 1)),
+        water_density=rng.uniform(900.0, 1100.0, (rows, 1)),
+        air_density=np.array([[1.2]]),
     )
 
 

@@ -77,23 +77,7 @@ def load_robot(p: Any, client: int, robot: RobotModel) -> Loaded:
         )
     index = [names[link] for link in robot.links]
     numbers = sorted((joint_names[j], k) for k, j in enumerate(robot.joints))
-    joints = [n for n, _ in numbers]
-    for k in index:
-        p.changeDynamics(
-            body,
-            k,
-            linearDamping=0.0,
-            angularDamping=0.0,
-            jointDamping=0.0,
-            physicsClientId=client,
-        )
-        # in one call with a largest speed, the engine leaves the damping of the file as it is
-        p.changeDynamics(body, k, maxJointVelocity=1e3, physicsClientId=client)
-    p.changeDynamics(
-        body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client
-    )
-    for joint in joints:
-        p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)
+    _strip(p, client, body, index, [n for n, _ in numbers])
     _weigh(p, client, body, index, robot)
     _surface(p, client, body, index, robot)
     for k, link in enumerate(index):
@@ -140,3 +124,23 @@ def _surface(p: Any, client: int, body: int, index: list[int], robot: RobotModel
     given = {key: value for key, value in stated.items() if value is not None}
     for link in index:
         p.changeDynamics(body, link, **given, physicsClientId=client)
+
+
+def _strip(p: Any, client: int, body: int, index: list[int], joints: list[int]) -> None:
+    """Remove hidden damping, sleeping and the default joint motors."""
+    for link in index:
+        p.changeDynamics(
+            body,
+            link,
+            linearDamping=0.0,
+            angularDamping=0.0,
+            jointDamping=0.0,
+            physicsClientId=client,
+        )
+        # in one call with a largest speed, the engine leaves the damping of the file as it is
+        p.changeDynamics(body, link, maxJointVelocity=1e3, physicsClientId=client)
+    p.changeDynamics(
+        body, -1, activationState=p.ACTIVATION_STATE_DISABLE_SLEEPING, physicsClientId=client
+    )
+    for joint in joints:
+        p.setJointMotorControl2(body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client)

@@ -53,42 +53,10 @@ def write_report(
         more: further sentences of the summary.
     """
     values = moved(models(found)[1])
-    table, names = found.correlation, [n.name for n in found.numbers]
-    rows = [
-        [name, *(f"{table[i, j]:+.2f}" for j in range(len(names)))] for i, name in enumerate(names)
-    ]
-    held = found.held_out
-    fine = held["after"] < 2.0 * held["noise_floor"]
-    blocks: list[Block] = [
-        Paragraph(text=error_sentence(found), tone="good" if fine else "warn", large=True),
-        Facts(
-            values={
-                "error before → after [× noise]": f"{figure(held['before'], digits=3)} → "
-                f"{figure(held['after'], digits=3)}",
-                "floor (noise alone)": figure(held["noise_floor"], digits=3),
-                "intervals widened by": figure(found.widening, digits=3),
-            }
-        ),
-        Table(
-            head=list(HEAD),
-            rows=[list(row(found, n)) for n in found.numbers],
-            right=(1, 2, 3, 4),
-        ),
-    ]
-    blocks += [Paragraph(text=remark, tone="warn") for remark in remarks(found)]
-    blocks += [Paragraph(text=sentence) for sentence in more]
     sections = [
-        Section(title="Summary", blocks=blocks, wide=True),
+        _summary(found, more),
         Section(title="Measured and modelled", blocks=overlays(found), wide=True),
-        Section(
-            title="What goes together",
-            blocks=[
-                Table(
-                    head=["correlation", *names], rows=rows, right=tuple(range(1, len(names) + 1))
-                )
-            ],
-            wide=True,
-        ),
+        Section(title="What goes together", blocks=[_correlation(found)], wide=True),
         Section(
             title="Everything else",
             blocks=[tolerance_chart(values, model="calibrated")] if values else [],
@@ -109,3 +77,35 @@ def write_report(
     )
     write_text(folder / REPORT, text)
     return folder / REPORT
+
+
+def _summary(found: Calibration, more: Sequence[str]) -> Section:
+    held = found.held_out
+    fine = held["after"] < 2.0 * held["noise_floor"]
+    blocks: list[Block] = [
+        Paragraph(text=error_sentence(found), tone="good" if fine else "warn", large=True),
+        Facts(
+            values={
+                "error before → after [× noise]": f"{figure(held['before'], digits=3)} → "
+                f"{figure(held['after'], digits=3)}",
+                "floor (noise alone)": figure(held["noise_floor"], digits=3),
+                "intervals widened by": figure(found.widening, digits=3),
+            }
+        ),
+        Table(
+            head=list(HEAD),
+            rows=[list(row(found, n)) for n in found.numbers],
+            right=(1, 2, 3, 4),
+        ),
+    ]
+    blocks += [Paragraph(text=remark, tone="warn") for remark in remarks(found)]
+    blocks += [Paragraph(text=sentence) for sentence in more]
+    return Section(title="Summary", blocks=blocks, wide=True)
+
+
+def _correlation(found: Calibration) -> Table:
+    table, names = found.correlation, [n.name for n in found.numbers]
+    rows = [
+        [name, *(f"{table[i, j]:+.2f}" for j in range(len(names)))] for i, name in enumerate(names)
+    ]
+    return Table(head=["correlation", *names], rows=rows, right=tuple(range(1, len(names) + 1)))
